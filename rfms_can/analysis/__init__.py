@@ -1,0 +1,1 @@
+"""What is made from runs and models: tables, plots, comparisons."""

@@ -1,0 +1,1 @@
+"""How frames travel: the simulated bus in virtual time, the hub, python-can."""

@@ -1,0 +1,1 @@
+"""The user's program API: transforms, position equations, modes, moves."""

@@ -1,0 +1,88 @@
+"""The error tree. Every message names the value, the bound, the joint or frame, and the way out.
+
+::
+
+    RfmsError
+    ├── FrameError          a CAN frame that cannot exist (id, length)
+    ├── WireError           the DBC, or a payload that breaks it
+    │   ├── EncodeError     our own value does not fit its signal: a bug, raised at once
+    │   └── DbcError        the DBC file itself is unusable or not the one the bus runs
+    ├── BusError            the bus is not there, or gave up
+    ├── ArmError            unknown arm, friction set or parameter
+    ├── KinematicsError     a pose the arm cannot take
+    │   ├── UnreachableError    no solution: outside the shoulder cylinder or the reach
+    │   ├── JointLimitError     a solution outside a joint's range
+    │   └── SingularityError    a Jacobian that cannot be inverted there
+    ├── ProgramError        what a user program asked for is refused
+    │   ├── EquationError       a position equation without exactly one T6, or unsolvable
+    │   └── MoveError           a move that breaks a rule of the trajectory generator
+    ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
+    └── FaultError          a latched fault ended the run: the arm is safe, the run is not good
+
+Nothing a peer puts on the bus raises: nodes discard and count (``PROTOCOL`` R0). These errors are
+for our own bugs, for bad input of users, and for drivers.
+"""
+
+
+class RfmsError(Exception):
+    """Base of all errors of this package."""
+
+
+class FrameError(RfmsError, ValueError):
+    """A CAN frame that cannot exist on the wire."""
+
+
+class WireError(RfmsError):
+    """The wire contract is broken."""
+
+
+class EncodeError(WireError, ValueError):
+    """One of our own values does not fit its signal."""
+
+
+class DbcError(WireError):
+    """The DBC file is unusable, or not the one the rest of the bus runs."""
+
+
+class BusError(RfmsError):
+    """A bus is not there, is not what its URL says, or gave up."""
+
+
+class ArmError(RfmsError, ValueError):
+    """An arm, friction set or arm parameter that does not exist or makes no sense."""
+
+
+class KinematicsError(RfmsError):
+    """A pose the arm cannot take."""
+
+
+class UnreachableError(KinematicsError):
+    """No inverse solution exists."""
+
+
+class JointLimitError(KinematicsError):
+    """A solution outside a joint's range."""
+
+
+class SingularityError(KinematicsError):
+    """The Jacobian cannot be inverted at this pose."""
+
+
+class ProgramError(RfmsError):
+    """A user program's request is refused."""
+
+
+class EquationError(ProgramError, ValueError):
+    """A position equation that cannot be solved for T6."""
+
+
+class MoveError(ProgramError, ValueError):
+    """A move that breaks a rule of the trajectory generator."""
+
+
+class PlantError(RfmsError):
+    """The plant cannot run as asked, or MuJoCo warned."""
+
+
+class FaultError(RfmsError):
+    """A latched fault ended the run."""

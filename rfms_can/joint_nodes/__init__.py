@@ -1,0 +1,1 @@
+"""Joint nodes: own inverse solution, error exchange, servo; and the gripper node."""

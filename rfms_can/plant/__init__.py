@@ -1,0 +1,1 @@
+"""The plant: a MuJoCo arm behind one emulated iSBX board per joint."""
