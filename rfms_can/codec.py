@@ -108,7 +108,7 @@ def compile_message(message: Message, record: type[Record]) -> MessageCodec[Reco
         "record": record,
         "refuse": _refuser(message.name, signals),
     }
-    exec(layout.source(), scope)  # noqa: S102 - compiled from the DBC, as namedtuple compiles
+    exec(layout.source(), scope)  # compiled from the DBC, as namedtuple compiles
     return MessageCodec(
         name=message.name,
         id=message.frame_id,

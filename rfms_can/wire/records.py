@@ -155,8 +155,8 @@ class Rows(NamedTuple):
 class Config(NamedTuple):
     """One parameter of a node."""
 
-    index: int
-    count: int
+    parameter: int
+    total: int
     value: float
     hash: int
 
@@ -164,7 +164,7 @@ class Config(NamedTuple):
 class ConfigAck(NamedTuple):
     """What a node took."""
 
-    index: int
+    parameter: int
     status: int
     value: float
     hash: int

@@ -138,6 +138,6 @@ class ConfigStatus(IntEnum):
     """Whether a node took a parameter."""
 
     TAKEN = 0
-    UNKNOWN_INDEX = 1
+    UNKNOWN = 1
     REFUSED_STATE = 2
     WRONG_HASH = 3
