@@ -1,0 +1,90 @@
+"""Rigid-body dynamics of an arm by Pinocchio: Jacobian, inertia matrix and gravity (Ch. II, IV).
+
+The math processor's model. It is built from the *published* link parameters of ``arm.py``; the
+plant's MuJoCo model carries the corrected ones, so the two differ as a model and an arm do.
+"""
+
+from collections.abc import Sequence
+from math import cos, sin
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+
+from rfms_can.arm import JOINTS, Arm, Link
+
+GRAVITY: Final = 9.81  # m/s2, along -z of the base
+
+Matrix = npt.NDArray[np.float64]
+Configuration = Sequence[float] | Matrix
+
+
+class ArmDynamics:
+    """Jacobian, inertia matrix and gravity of one arm, all from one :meth:`update`.
+
+    Pinocchio hands back a fresh array each time: one that was kept never changes. One object
+    serves one thread.
+
+    Attributes:
+        J: (6, 6), Jacobian in the T6 frame at the T6 origin; columns d/d theta_1..6, rows
+            vx vy vz wx wy wz (m, rad). Eq. 2.12, A.17 to A.22 as corrected.
+        M: (6, 6), joint-space inertia with the drives' armature, symmetric, kg m2 (Eq. 4.3).
+        g: (6,), torque that holds the arm against gravity, +dU/dq, Nm (D_i of Eq. 4.5).
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        self.arm = arm
+        self._model = _pinocchio_model(arm)
+        self._data = self._model.createData()
+        self._q = np.zeros(JOINTS)
+        self.J: Matrix = np.zeros((JOINTS, JOINTS))
+        self.M: Matrix = np.zeros((JOINTS, JOINTS))
+        self.g: Matrix = np.zeros(JOINTS)
+        self.update(arm.park)
+
+    def update(self, q: Configuration) -> None:
+        """Compute :attr:`J`, :attr:`M` and :attr:`g` at joint angles ``q`` (6, rad)."""
+        model, data, q_ = self._model, self._data, self._q
+        q_[:] = q
+        self.J = pin.computeJointJacobian(model, data, q_, JOINTS)  # the universe is joint 0
+        self.M = pin.crba(model, data, q_)
+        self.g = pin.computeGeneralizedGravity(model, data, q_)
+
+    def jacobian(self, q: Configuration) -> Matrix:
+        """Jacobian in the T6 frame, (6, 6); see :attr:`J`."""
+        self.update(q)
+        return self.J
+
+    def inertia_matrix(self, q: Configuration) -> Matrix:
+        """Joint-space inertia, (6, 6), kg m2; see :attr:`M`."""
+        self.update(q)
+        return self.M
+
+    def gravity(self, q: Configuration) -> Matrix:
+        """Holding torque, (6,), Nm; see :attr:`g`."""
+        self.update(q)
+        return self.g
+
+
+def _pinocchio_model(arm: Arm) -> pin.Model:
+    """The arm's kinematic tree: joint i turns about z of frame i - 1, base on the joint-2 axis."""
+    model = pin.Model()
+    model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])
+    parent, placement = 0, pin.SE3.Identity()
+    for index, (link, (alpha, a, d)) in enumerate(zip(arm.links, arm.dh, strict=True)):
+        parent = model.addJoint(parent, pin.JointModelRZ(), placement, f"joint{index + 1}")
+        # A_i = Rz(q) times this fixed part: from the joint's frame to the link's own frame.
+        placement = pin.SE3(_rotation_x(alpha), np.array([a, 0.0, d]))
+        model.appendBodyToJoint(parent, placement.act(_inertia(link)), pin.SE3.Identity())
+    model.armature = np.array([drive.armature for drive in arm.drives])
+    return model
+
+
+def _inertia(link: Link) -> pin.Inertia:
+    return pin.Inertia(link.mass, np.array(link.com), np.diag(link.inertia))
+
+
+def _rotation_x(angle: float) -> Matrix:
+    c, s = cos(angle), sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
