@@ -140,8 +140,8 @@ _GRIPPER: Final = Gripper(
     stroke=0.08, mass=0.4, friction=40.0, force_limit=40.0, counts_per_metre=100_000.0
 )
 
-_PARK: Final = (0.1, 1.8, -3.0, 0.1, 1.2, 0.1)
-"""P: elbow above, forearm forward, hand bent down: thesis "left", "down" (C3 < 0), "noflip"."""
+_PARK: Final = (0.1, 1.4, -3.3, 0.1, -1.25, 0.1)
+"""P: elbow above, forearm forward, hand down; thesis "left", "down" (C3 < 0), "flip" (S5 < 0)."""
 
 PUMA_560: Final = Arm(
     name="puma560",
