@@ -63,6 +63,7 @@ class FaultCode(IntEnum):
     NODE_REJOINED = 23
     PLANT_FAILED = 24
     BUS_OFF = 25
+    ROWS_REFUSED = 26
 
 
 class TrajectoryState(IntEnum):
@@ -105,32 +106,34 @@ class Law(IntEnum):
 
 
 class Parameter(IntEnum):
-    """Parameters of a node, by CONFIG index."""
+    """Parameters of a node, by CONFIG number; SI, ``UNIT`` is rad (joint) or m (gripper)."""
 
     ARM_ID = 0
     PERIOD = 1
-    KP = 2
-    KI = 3
-    KD = 4
-    INTEGRAL_LIMIT = 5
-    INTEGRAL_DEADBAND = 6
-    TORQUE_LIMIT = 7
-    TORQUE_PER_CURRENT = 8
-    CURRENT_PER_CODE = 9
-    COUNTS_PER_UNIT = 10
-    VELOCITY_PER_CODE = 11
-    COULOMB_POSITIVE = 12
-    COULOMB_NEGATIVE = 13
-    VISCOUS = 14
-    FRICTION_SPEED = 15
-    POSITION_MIN = 16
-    POSITION_MAX = 17
-    SPEED_LIMIT = 18
-    COARSE_PER_CODE = 19
-    COARSE_OFFSET = 20
-    INDEX_INTERVAL_COUNTS = 21
-    HOMING_SPEED = 22
-    HOMING_STIFFNESS = 23
+    BARRIER = 2
+    KP = 3
+    KI = 4
+    KD = 5
+    INTEGRAL_LIMIT = 6
+    INTEGRAL_DEADBAND = 7
+    NATURAL_FREQUENCY = 8
+    DAMPING_RATIO = 9
+    TORQUE_LIMIT = 10
+    TORQUE_PER_CODE = 11
+    COUNTS_PER_UNIT = 12
+    RATE_PER_CODE = 13
+    COULOMB_POSITIVE = 14
+    COULOMB_NEGATIVE = 15
+    VISCOUS = 16
+    FRICTION_SPEED = 17
+    POSITION_MIN = 18
+    POSITION_MAX = 19
+    SPEED_LIMIT = 20
+    ACCELERATION_LIMIT = 21
+    COARSE_PER_CODE = 22
+    COARSE_ZERO = 23
+    INDEX_INTERVAL_COUNTS = 24
+    HOMING_SPEED = 25
     COMMIT = 255
 
 
