@@ -1,0 +1,151 @@
+"""The full inverse solution: six joints of one branch, or all eight branches."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from rfms_can.errors import KinematicsError, SingularityError
+from rfms_can.kinematics.closed_form import EXACT, WRIST_BOUND, ClosedForm, CosSin, Tolerance
+from rfms_can.kinematics.configuration import CONFIGURATIONS, Configuration
+from rfms_can.kinematics.geometry import Geometry, Joints
+from rfms_can.kinematics.limits import nearest_turn
+from rfms_can.kinematics.refusal import limit_error, reach_error
+from rfms_can.transform import Transform
+
+_AT_ZERO: Final[Joints] = (0.0,) * 6
+_NO_ROLL: Final[CosSin] = (1.0, 0.0)
+
+
+class InverseKinematics:
+    """The inverse solution of one arm, its constants worked out once.
+
+    Where the wrist is singular (|S5| < ``WRIST_BOUND``) theta4 is held at its previous value and
+    theta6 takes the rest: their sum (theta5 = 0) or difference (theta5 = pi) is what T6 says.
+    ``wrist_singularity`` tells.
+    """
+
+    def __init__(self, arm: Geometry, tolerance: Tolerance = EXACT) -> None:
+        self.arm: Final = arm
+        self._form: Final = ClosedForm(arm, tolerance.reach)
+        self._ranges: Final = tuple(
+            (lower - tolerance.angle, upper + tolerance.angle) for lower, upper in arm.joint_limits
+        )
+
+    def branch(
+        self, t6: Transform, configuration: Configuration, held: CosSin = _NO_ROLL
+    ) -> Joints:
+        """The solution of one branch as the formulas give it, whatever the joint limits.
+
+        Each angle is right modulo a turn; ``held`` is the cosine and sine of theta4 at a wrist
+        singularity. Never raises: angles that do not exist are NaN.
+        """
+        left, up, noflip = configuration
+        form, pz, atan2 = self._form, t6[11], math.atan2
+        v114 = form.v114(t6, left)
+        rho2, k, m = form.triangle(v114, pz, up)
+        waist = c1, s1 = form.waist(t6, v114)
+        forearm = form.forearm(v114, pz, rho2, k, m)
+        v313, v323, c5 = form.approach(t6, waist, forearm)
+        roll = c4, s4 = form.roll(v313, v323, noflip, held)
+        s5 = -c4 * v313 - s4 * v323  # (A.59)
+        return (
+            atan2(s1, c1),
+            form.theta2(v114, pz, k, m),
+            form.theta3(rho2, m),
+            atan2(s4, c4),
+            atan2(s5, c5),
+            form.theta6(t6, waist, forearm, roll, (c5, s5)),
+        )
+
+    def solve(
+        self,
+        t6: Transform,
+        configuration: Configuration,
+        previous: Sequence[float] | None = None,
+    ) -> Joints:
+        """The joint angles of ``t6`` (metres) in ``configuration``, radians.
+
+        Each angle is the turn nearest to ``previous`` that lies in the joint's range; without
+        ``previous``, nearest to zero. At a wrist singularity theta4 is that of ``previous``.
+
+        Raises:
+            UnreachableError: inside the shoulder cylinder, at the shoulder, too near or too far.
+            JointLimitError: no turn of a joint's angle lies in its range.
+            KinematicsError: an element of ``t6`` or ``previous`` is not finite.
+        """
+        if previous is None:
+            previous = _AT_ZERO
+        p1, p2, p3, p4, p5, p6 = previous
+        q1, q2, q3, q4, q5, q6 = self.branch(t6, configuration, (math.cos(p4), math.sin(p4)))
+        r1, r2, r3, r4, r5, r6 = self._ranges
+        q = (
+            nearest_turn(q1, p1, *r1),
+            nearest_turn(q2, p2, *r2),
+            nearest_turn(q3, p3, *r3),
+            nearest_turn(q4, p4, *r4),
+            nearest_turn(q5, p5, *r5),
+            nearest_turn(q6, p6, *r6),
+        )
+        if math.isnan(q1 + sum(q)):
+            raise self._refusal(t6, previous, (q1, q2, q3, q4, q5, q6), q)
+        return q
+
+    def all_branches(self, t6: Transform) -> dict[Configuration, Joints]:
+        """Every branch, angles in [-pi, pi], whatever the joint limits; theta4 = 0 if singular.
+
+        Raises:
+            UnreachableError: ``t6`` is out of reach, of all branches alike.
+            KinematicsError: an element of ``t6`` is not finite.
+        """
+        refusal = reach_error(self.arm, t6, self._form)
+        if refusal is not None:
+            raise refusal
+        branches = {}
+        for configuration in CONFIGURATIONS:
+            q1, q2, q3, q4, q5, q6 = self.branch(t6, configuration)
+            branches[configuration] = (q1, q2, math.remainder(q3, math.tau), q4, q5, q6)
+        return branches
+
+    def wrist_singularity(
+        self, t6: Transform, configuration: Configuration
+    ) -> SingularityError | None:
+        """The wrist singularity at ``t6`` by name, number and bound; None if there is none."""
+        left, up, _ = configuration
+        form = self._form
+        v114 = form.v114(t6, left)
+        forearm = form.forearm(v114, t6[11], *form.triangle(v114, t6[11], up))
+        v313, v323, _ = form.approach(t6, form.waist(t6, v114), forearm)
+        s5 = math.hypot(v313, v323)
+        if not s5 < WRIST_BOUND:
+            return None
+        return SingularityError(
+            f"{self.arm.name}: wrist singularity: |sin theta5| = {s5:.3g} is below "
+            f"{WRIST_BOUND:g}: theta4 is held, theta6 takes the rest"
+        )
+
+    def _refusal(
+        self, t6: Transform, previous: Sequence[float], branch: Joints, q: Joints
+    ) -> KinematicsError:
+        """Why there is no solution, ``q`` having a NaN."""
+        if not all(map(math.isfinite, previous)):
+            return KinematicsError(f"{self.arm.name}: previous {tuple(previous)} is not finite")
+        refusal = reach_error(self.arm, t6, self._form)
+        if refusal is not None:
+            return refusal
+        joint = next(index for index, angle in enumerate(q) if math.isnan(angle))
+        return limit_error(self.arm, joint + 1, branch[joint])
+
+
+def inverse(
+    arm: Geometry,
+    t6: Transform,
+    configuration: Configuration,
+    previous: Sequence[float] | None = None,
+) -> Joints:
+    """``InverseKinematics.solve`` once; keep the object where it is called each cycle."""
+    return InverseKinematics(arm).solve(t6, configuration, previous)
+
+
+def inverse_all(arm: Geometry, t6: Transform) -> dict[Configuration, Joints]:
+    """``InverseKinematics.all_branches`` once."""
+    return InverseKinematics(arm).all_branches(t6)
