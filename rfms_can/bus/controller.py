@@ -1,0 +1,111 @@
+"""One node's CAN controller on the simulated bus: transmit queue and fault confinement."""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from rfms_can.frame import Frame
+from rfms_can.node import Node
+
+TX_CAPACITY: Final = 32
+"""Transmit buffers of one controller: Bosch M_CAN in queue mode has this many, sent by ID."""
+
+ERROR_PASSIVE: Final = 128
+BUS_OFF: Final = 256
+
+Handler = Callable[[Frame, int], Sequence[Frame]]
+Route = tuple["Controller", int, Handler, Callable[[], int | None]]
+"""A receiver: controller, its place in the bus' deadlines, ``on_frame``, ``next_deadline_ns``."""
+
+
+class Controller:
+    """What ``SimulatedBus.attach`` returns: the node's port, with the state of its controller.
+
+    Fault confinement follows ISO 11898-1: a failed transmission adds 8 to the transmit error
+    counter (TEC), a sent one takes 1 off; a receiver counts 1 up or down (REC). From 128 on in
+    either the controller is error-passive, from a TEC of 256 on it is bus-off: it sends and
+    hears nothing more, and nothing restarts it by itself.
+
+    Attributes:
+        name: the node's name.
+        node: the node.
+        tx_capacity: frames the transmit queue holds.
+        latency_ns: time the node takes from being called to handing over its frames.
+        pending: frames in the queue, the one on the wire included.
+        tx_overflow: frames refused because the queue was full or the controller bus-off
+            (a driver's ENOBUFS).
+        rx_lost: frames a disturbance kept from the node.
+        tec: transmit error counter.
+        rec: receive error counter.
+        bus_off: whether the controller has left the bus.
+    """
+
+    __slots__ = (
+        "bus_off",
+        "index",
+        "latency_ns",
+        "name",
+        "node",
+        "pending",
+        "rec",
+        "routes",
+        "rx_lost",
+        "suspended_until_ns",
+        "tec",
+        "tx_capacity",
+        "tx_overflow",
+    )
+
+    def __init__(self, node: Node, index: int, tx_capacity: int, latency_ns: int) -> None:
+        self.name = node.name
+        self.node = node
+        self.index = index
+        self.tx_capacity = tx_capacity
+        self.latency_ns = latency_ns
+        self.pending = 0
+        self.tx_overflow = 0
+        self.rx_lost = 0
+        self.tec = 0
+        self.rec = 0
+        self.bus_off = False
+        self.suspended_until_ns = 0
+        self.routes: dict[int, tuple[Route, ...]] = {}
+
+    @property
+    def error_passive(self) -> bool:
+        """Whether the controller may only flag errors passively and waits before it sends."""
+        return self.tec >= ERROR_PASSIVE or self.rec >= ERROR_PASSIVE
+
+    def route(self) -> Route:
+        """This controller as a receiver."""
+        return self, self.index, self.node.on_frame, self.node.next_deadline_ns
+
+    def transmit_failed(self) -> None:
+        """Count an error in an own frame; the 32nd in a row ends in bus-off."""
+        self.tec += 8
+        if self.tec >= BUS_OFF:
+            self.bus_off = True
+
+    def receive_failed(self) -> None:
+        """Count an error in somebody else's frame."""
+        self.rec += 1
+
+    def received(self) -> None:
+        """Count somebody else's good frame."""
+        if self.rec >= ERROR_PASSIVE:
+            self.rec = ERROR_PASSIVE - 1
+        elif self.rec:
+            self.rec -= 1
+
+
+def receivers(
+    sender: Controller, identifier: int, controllers: Sequence[Controller]
+) -> tuple[Route, ...]:
+    """Who gets a sender's frames of one identifier; remembered in ``sender.routes``."""
+    sender.routes[identifier] = routes = tuple(
+        controller.route()
+        for controller in controllers
+        if controller is not sender
+        and not controller.bus_off
+        and identifier in controller.node.accepts
+    )
+    return routes
