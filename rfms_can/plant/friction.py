@@ -1,0 +1,145 @@
+"""Dry friction, brakes and hard stops of six joints: one boxed problem a physics step.
+
+A physics engine regularises dry friction: a loaded joint creeps. Here the torques of a step solve
+the problem exactly (a mixed linear complementarity problem, as in Stewart and Trinkle 1996):
+
+    v = v* + W (p - p0),    with, joint by joint, the torque p between its bounds and
+    v = 0 if p lies strictly between them,  v > 0 only at the lower,  v < 0 only at the upper
+
+where v* is the engine's velocity after the step with the friction torques p0 of the step before,
+and W the step times the inverse of the (damped) inertia matrix. Projected Gauss-Seidel from p0
+finds p: nothing to do while nothing changes, a few sweeps when a joint sticks or breaks away. A
+sticking joint's velocity is exactly 0.0. W is symmetric and positive definite, so the sweeps
+converge.
+
+A brake is a friction with wide bounds. A hard stop bounds the velocity so that the joint ends the
+step on the stop at the latest, and is perfectly inelastic.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+from rfms_can.arm import JOINTS, JointFriction
+from rfms_can.errors import PlantError
+
+SPEED_TOLERANCE: Final = 1e-12  # rad/s: changes below do not count
+MAX_SWEEPS: Final = 400  # 5 are usual; the worst coupling of these arms needs under 100
+
+
+class DryFriction:
+    """Torques of dry friction, brakes and hard stops.
+
+    Attributes:
+        torque: friction and brake torque of each joint over the last step, Nm; the next step's p0.
+    """
+
+    def __init__(
+        self,
+        friction: Sequence[JointFriction],
+        brake_torque: Sequence[float],
+        joint_limits: Sequence[tuple[float, float]],
+        step_s: float,
+    ) -> None:
+        """Take friction per joint, brake torques (Nm), limits (rad) and the physics step (s)."""
+        self._friction = tuple(friction)
+        self._brake_torque = tuple(brake_torque)
+        self._limits = tuple(joint_limits)
+        self._step_s = step_s
+        self._joints: tuple[tuple[int, float, list[float], float, float], ...] = ()
+        self.torque = [0.0] * JOINTS
+
+    def reset(self) -> None:
+        """Forget the torques of the step before."""
+        self.torque[:] = [0.0] * JOINTS
+
+    def prepare(self, response: list[list[float]], brakes: Sequence[bool]) -> None:
+        """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on."""
+        joints = []
+        for i, joint in enumerate(self._friction):
+            brake = self._brake_torque[i] if brakes[i] else 0.0
+            low, high = -joint.coulomb_positive - brake, joint.coulomb_negative + brake
+            joints.append((i, 1.0 / response[i][i], response[i], low, high))
+        self._joints = tuple(joints)
+
+    def advance(self, speed: list[float], q: list[float]) -> None:
+        """Turn v* (6, rad/s) into v and move ``q`` (6, rad) one step on, both in place.
+
+        Raises:
+            PlantError: the sweeps do not settle, which only a wrong W or a NaN can cause.
+        """
+        step_s, on_stop = self._step_s, False
+        self._settle(speed)
+        for angle, v, (lower, upper) in zip(q, speed, self._limits, strict=True):
+            if not lower <= angle + step_s * v <= upper:
+                self._settle_on_stops(speed, q)
+                on_stop = True
+                break
+        for i, v in enumerate(speed):
+            q[i] += step_s * v
+        if on_stop:  # rounding may put a joint an ulp beyond the stop that bounded its speed
+            for i, (lower, upper) in enumerate(self._limits):
+                q[i] = min(max(q[i], lower), upper)
+
+    def _settle(self, speed: list[float]) -> None:
+        """Projected Gauss-Seidel over dry friction and brakes."""
+        torque = self.torque
+        for _ in range(MAX_SWEEPS):
+            settled = True
+            for i, inertia, row, low, high in self._joints:
+                wanted = torque[i] - speed[i] * inertia
+                if wanted < low:
+                    wanted = low
+                elif wanted > high:
+                    wanted = high
+                change = wanted - torque[i]
+                if not abs(change) <= SPEED_TOLERANCE * inertia:  # a NaN never settles
+                    settled = False
+                    torque[i] = wanted
+                    _add_scaled(speed, row, change)
+            if settled:
+                for i, _, _, low, high in self._joints:
+                    if low < torque[i] < high:
+                        speed[i] = 0.0
+                return
+        raise _unsettled(speed)
+
+    def _settle_on_stops(self, speed: list[float], q: Sequence[float]) -> None:
+        """The same with the speeds bounded so that no joint ends the step beyond its stop."""
+        windows = [
+            ((lower - angle) / self._step_s, (upper - angle) / self._step_s)
+            for angle, (lower, upper) in zip(q, self._limits, strict=True)
+        ]
+        stop = [0.0] * JOINTS
+        for _ in range(MAX_SWEEPS):
+            self._settle(speed)
+            settled = True
+            for i, inertia, row, _, _ in self._joints:
+                slowest, fastest = windows[i]
+                pushed_down = min(0.0, stop[i] - (speed[i] - fastest) * inertia)
+                pushed_up = max(0.0, stop[i] - (speed[i] - slowest) * inertia)
+                change = pushed_down + pushed_up - stop[i]  # a joint is on one stop at most
+                if abs(change) > SPEED_TOLERANCE * inertia:
+                    settled = False
+                    stop[i] += change
+                    _add_scaled(speed, row, change)
+            if settled:
+                return
+        raise _unsettled(speed)
+
+
+def _add_scaled(vector: list[float], direction: list[float], scale: float) -> None:
+    """``vector += scale direction``, six elements, in place."""
+    a, b, c, d, e, f = direction
+    vector[0] += scale * a
+    vector[1] += scale * b
+    vector[2] += scale * c
+    vector[3] += scale * d
+    vector[4] += scale * e
+    vector[5] += scale * f
+
+
+def _unsettled(speed: list[float]) -> PlantError:
+    return PlantError(
+        f"friction torques do not settle in {MAX_SWEEPS} sweeps at joint speeds {speed} rad/s: "
+        "the inertia matrix is not positive definite, or a motor torque is not a number"
+    )
