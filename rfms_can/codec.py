@@ -19,6 +19,7 @@ import cantools
 from cantools.database.can import Database, Message, Signal
 
 from rfms_can.errors import DbcError, EncodeError
+from rfms_can.layout import Layout, bounds, is_scaled
 
 Record = TypeVar("Record", bound=NamedTuple)
 
@@ -101,12 +102,18 @@ def compile_message(message: Message, record: type[Record]) -> MessageCodec[Reco
         )
     attributes = message.dbc.attributes if message.dbc else {}
     protected = "RfmsE2EDataId" in attributes
-    layout = _Layout.of(message, signals, HEADER_BYTES if protected else 0)
+    if len(message.signals) - len(signals) != (len(HEADER_SIGNALS) if protected else 0):
+        # a data ID lost from the DBC must not switch the check off
+        raise DbcError(
+            f"{message.name}: signals {' and '.join(HEADER_SIGNALS)} and attribute RfmsE2EDataId "
+            "go together; give it all three or none"
+        )
+    layout = Layout.of(message, signals, HEADER_BYTES if protected else 0)
     scope: dict[str, Any] = {
-        "layout": struct.Struct(layout.format),
-        "new": tuple.__new__,
-        "record": record,
-        "refuse": _refuser(message.name, signals),
+        "_layout": struct.Struct(layout.format),
+        "_new": tuple.__new__,
+        "_record": record,
+        "_refuse": _refuser(message.name, signals),
     }
     exec(layout.source(), scope)  # compiled from the DBC, as namedtuple compiles
     return MessageCodec(
@@ -125,135 +132,14 @@ def _refuser(message: str, signals: list[Signal]) -> Callable[..., None]:
 
     def refuse(*values: float) -> None:
         for signal, value in zip(signals, values, strict=True):
-            low, high = _bounds(signal)
-            whole = signal.is_float or signal.conversion.scale != 1 or isinstance(value, int)
+            low, high = bounds(signal)
+            whole = is_scaled(signal) or signal.is_float or hasattr(value, "__index__")
             if not (low <= value <= high and whole):
                 kind = "" if whole else ", a whole number"
                 unit = f" {signal.unit}" if signal.unit else ""
                 raise EncodeError(
-                    f"{message}.{signal.name}: {value!r} does not fit {low:g}..{high:g}{unit}{kind}"
+                    f"{message}.{signal.name}: {value!r} does not fit {low}..{high}{unit}{kind}"
                 )
         raise EncodeError(f"{message}: {values!r} cannot be packed")
 
     return refuse
-
-
-def _bounds(signal: Signal) -> tuple[float, float]:
-    low, high = signal.minimum, signal.maximum
-    if low is None or high is None:
-        raise DbcError(f"signal {signal.name} has no range in the DBC; give it [min|max]")
-    if signal.is_float and struct.unpack("<2f", struct.pack("<2f", low, high)) != (low, high):
-        raise DbcError(
-            f"signal {signal.name}: {low!r}..{high!r} are no float32 numbers; round them"
-        )
-    return low, high
-
-
-_STRUCT_CODES: Final = {
-    (8, False): "B",
-    (8, True): "b",
-    (16, False): "H",
-    (16, True): "h",
-    (32, False): "I",
-    (32, True): "i",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class _Layout:
-    """How a message's signals lie in its bytes, and the source text that moves them."""
-
-    format: str
-    offset: int
-    signals: list[Signal]
-    packed: list[str]  # one expression for each struct item
-    targets: list[str]  # one variable for each struct item
-    fields: dict[str, str]  # signal -> expression of its raw value after unpacking
-
-    @classmethod
-    def of(cls, message: Message, signals: list[Signal], offset: int) -> "_Layout":
-        """Lay out: aligned signals are struct items; the rest are cut from words of bytes."""
-        layout = cls("<", offset, signals, [], [], {})
-        codes, position, index = "<", offset * 8, 0
-        while index < len(signals):
-            signal = signals[index]
-            if signal.byte_order != "little_endian":
-                raise DbcError(f"{message.name}.{signal.name}: only little-endian signals are used")
-            if signal.start < position:
-                raise DbcError(f"{message.name}.{signal.name}: signals must not overlap")
-            codes += f"{(signal.start - position) // 8}x" if signal.start > position else ""
-            code = "f" if signal.is_float else _STRUCT_CODES.get((signal.length, signal.is_signed))
-            if code and signal.start % 8 == 0:
-                layout._add_item(signal)
-                codes, position, index = codes + code, signal.start + signal.length, index + 1
-            else:
-                count, size = layout._add_word(signals[index:])
-                codes, position, index = codes + f"{size}s", signal.start + size * 8, index + count
-        tail = message.length * 8 - position
-        return cls(f"{codes}{tail // 8}x", offset, signals, *layout._parts())
-
-    def _parts(self) -> tuple[list[str], list[str], dict[str, str]]:
-        return self.packed, self.targets, self.fields
-
-    def _add_item(self, signal: Signal) -> None:
-        self.packed.append(_raw_of(signal))
-        self.targets.append(signal.name)
-        self.fields[signal.name] = _value_of(signal, signal.name)
-
-    def _add_word(self, signals: list[Signal]) -> tuple[int, int]:
-        """Take signals until a byte boundary is reached; return their number and the bytes."""
-        start, word, parts, end = signals[0].start, f"word{len(self.targets)}", [], 0
-        for count, signal in enumerate(signals, 1):
-            shift, mask = signal.start - start, (1 << signal.length) - 1
-            parts.append(f"({_raw_of(signal)} & {mask:#x}) << {shift}")
-            raw = f"({word} >> {shift} & {mask:#x})"
-            if signal.is_signed:
-                sign = 1 << (signal.length - 1)
-                raw = f"(({raw} ^ {sign:#x}) - {sign:#x})"
-            self.fields[signal.name] = _value_of(signal, raw)
-            end = signal.start + signal.length
-            following = signals[count].start if count < len(signals) else end + 8
-            if end % 8 == 0 or following >= -(-end // 8) * 8:
-                break
-        size = -(-(end - start) // 8)
-        self.packed.append(f"({' | '.join(parts)}).to_bytes({size}, 'little')")
-        self.targets.append(word)
-        return count, size
-
-    def source(self) -> str:
-        """Python text of ``pack_into`` and ``unpack``."""
-        names = ", ".join(s.name for s in self.signals)
-        checks = " and ".join(f"{lo!r} <= {s.name} <= {hi!r}" for s, lo, hi in self._ranges())
-        words = [t for t in self.targets if t.startswith("word")]
-        lines = [
-            f"def pack_into(buffer, {names}):",
-            f"    if not ({checks}): refuse({names})",
-            "    try:",
-            f"        layout.pack_into(buffer, {self.offset}, {', '.join(self.packed)})",
-            "    except Exception: refuse(" + names + ")",
-            "def unpack(data):",
-            f"    {', '.join(self.targets)}, = layout.unpack_from(data, {self.offset})",
-            *(f"    {word} = int.from_bytes({word}, 'little')" for word in words),
-            *(f"    {n} = {e}" for n, e in self.fields.items() if n != e),
-            f"    if {checks}: return new(record, ({names},))",
-            "    return None",
-        ]
-        return "\n".join(lines)
-
-    def _ranges(self) -> list[tuple[Signal, float, float]]:
-        return [(s, *_bounds(s)) for s in self.signals]
-
-
-def _raw_of(signal: Signal) -> str:
-    """Expression of the raw value of a physical one; rounds as cantools does."""
-    scale, offset = signal.conversion.scale, signal.conversion.offset
-    if signal.is_float or (scale == 1 and offset == 0):
-        return str(signal.name)
-    return f"round(({signal.name} - {offset!r}) / {scale!r})"
-
-
-def _value_of(signal: Signal, raw: str) -> str:
-    scale, offset = signal.conversion.scale, signal.conversion.offset
-    if signal.is_float or (scale == 1 and offset == 0):
-        return raw
-    return f"({raw} * {scale!r} + {offset!r})"

@@ -72,12 +72,13 @@ class Wire:
 
     Attributes:
         dbc_hash: 16-bit hash of the DBC, as SYNC and HEARTBEAT carry it.
+        codecs: every compiled message by its name in the DBC.
     """
 
     def __init__(self, path: Path | None = None) -> None:
         database = load_database(path)
         self.dbc_hash = database_hash(path)
-        self._codecs: dict[str, MessageCodec[Any]] = {}
+        self.codecs: dict[str, MessageCodec[Any]] = {}
         self._decoders: dict[str, Decoder[Any]] = {}
         for record, template in MESSAGES.items():
             prefix = template.removesuffix("{}")
@@ -85,14 +86,21 @@ class Wire:
                 name = message.name
                 matches = name[len(prefix) :].isdigit() if "{}" in template else name == prefix
                 if name.startswith(prefix) and matches:
-                    self._codecs[name] = compile_message(message, record)
-        missing = {m.name for m in database.messages} - set(self._codecs)
+                    self.codecs[name] = compile_message(message, record)
+        missing = {m.name for m in database.messages} - set(self.codecs)
         if missing:
             raise DbcError(f"messages without a record: {', '.join(sorted(missing))}")
 
     def codec(self, record: type[Record], node: int | None = None) -> MessageCodec[Record]:
-        """The compiled message of a record; ``node`` where the message has one for each."""
-        return self._codecs[MESSAGES[record].format(node)]
+        """The compiled message of a record; ``node`` where the message has one for each.
+
+        Raises:
+            DbcError: the DBC has no such message.
+        """
+        name = MESSAGES[record].format(node)
+        if name not in self.codecs:
+            raise DbcError(f"the DBC has no message {name} ({record.__name__} of node {node})")
+        return self.codecs[name]
 
     def id(self, record: type[Record], node: int | None = None) -> int:
         """CAN identifier of a message."""

@@ -1,0 +1,172 @@
+"""How a message's signals lie in its bytes, and the Python text that moves them.
+
+Signals that begin at a byte and have a size ``struct`` knows are items of one ``struct`` format;
+all others are cut with shifts and masks from little-endian words of whole bytes between them.
+"""
+
+import struct
+from dataclasses import dataclass, field
+from typing import Final
+
+from cantools.database.can import Message, Signal
+
+from rfms_can.errors import DbcError
+
+_STRUCT_CODES: Final = {
+    (8, False): "B",
+    (8, True): "b",
+    (16, False): "H",
+    (16, True): "h",
+    (32, False): "I",
+    (32, True): "i",
+}
+
+
+@dataclass(slots=True)
+class Layout:
+    """Layout of one message behind its header.
+
+    Attributes:
+        offset: bytes of the header, which the layout leaves alone.
+        signals: the signals, in the order of their bits.
+        format: ``struct`` format of everything behind the header; gaps are written as zero bits.
+    """
+
+    offset: int
+    signals: list[Signal]
+    format: str = "<"
+    _packed: list[str] = field(default_factory=list)  # one expression for each struct item
+    _targets: list[str] = field(default_factory=list)  # one variable for each struct item
+    _words: list[str] = field(default_factory=list)  # the targets that hold several signals
+    _values: dict[str, str] = field(default_factory=dict)  # signal -> expression of its value
+
+    @classmethod
+    def of(cls, message: Message, signals: list[Signal], offset: int) -> "Layout":
+        """Lay out ``signals`` of ``message``.
+
+        Raises:
+            DbcError: a signal is of a kind the generated text would move wrongly.
+        """
+        layout = cls(offset, signals)
+        position, index = offset * 8, 0  # first free bit, always a whole byte; next signal
+        while index < len(signals):
+            signal = signals[index]
+            _require_supported(message.name, signal, position)
+            start = signal.start // 8 * 8
+            layout._skip((start - position) // 8)
+            code = "f" if signal.is_float else _STRUCT_CODES.get((signal.length, signal.is_signed))
+            if code and signal.start == start:
+                count, size = layout._add_item(signal, code), signal.length // 8
+            else:
+                count, size = layout._add_word(signals[index:], start)
+            position, index = start + size * 8, index + count
+        layout._skip(message.length - position // 8)
+        return layout
+
+    def _skip(self, size: int) -> None:
+        self.format += f"{size}x" if size else ""
+
+    def _add_item(self, signal: Signal, code: str) -> int:
+        self.format += code
+        self._packed.append(_raw_of(signal))
+        self._targets.append(signal.name)
+        self._values[signal.name] = _value_of(signal, signal.name)
+        return 1
+
+    def _add_word(self, signals: list[Signal], start: int) -> tuple[int, int]:
+        """Take signals from bit ``start`` until one ends a byte; return their number and bytes."""
+        word, parts, count, size = f"_word{len(self._words)}", [], 0, 0
+        for count, signal in enumerate(signals, 1):
+            shift, mask = signal.start - start, (1 << signal.length) - 1
+            parts.append(f"({_raw_of(signal)} & {mask:#x}) << {shift}")
+            raw = f"({word} >> {shift} & {mask:#x})"
+            if signal.is_signed:
+                sign = 1 << (signal.length - 1)
+                raw = f"(({raw} ^ {sign:#x}) - {sign:#x})"
+            self._values[signal.name] = _value_of(signal, raw)
+            size = -(-(shift + signal.length) // 8)
+            if count == len(signals) or signals[count].start >= start + size * 8:
+                break
+        self.format += f"{size}s"
+        self._packed.append(f"({' | '.join(parts)}).to_bytes({size}, 'little')")
+        self._targets.append(word)
+        self._words.append(word)
+        return count, size
+
+    def source(self) -> str:
+        """Python text of ``pack_into`` and ``unpack``.
+
+        It needs ``_layout`` (the ``struct.Struct`` of ``format``), ``_record``, ``_new``
+        (``tuple.__new__``) and ``_refuse`` (raises for the value that does not fit) in its scope.
+        A record's fields never begin with an underscore, so no signal can hide one of these.
+        """
+        names = ", ".join(s.name for s in self.signals)
+        ranges = [(s.name, *bounds(s)) for s in self.signals]
+        # written so that a NaN fails it
+        checks = " and ".join(f"{low!r} <= {name} <= {high!r}" for name, low, high in ranges)
+        lines = [
+            f"def pack_into(_buffer, {names}):",
+            f"    if not ({checks}): _refuse({names})",
+            "    try:",
+            f"        _layout.pack_into(_buffer, {self.offset}, {', '.join(self._packed)})",
+            f"    except Exception: _refuse({names})",
+            "def unpack(_data):",
+            f"    {', '.join(self._targets)}, = _layout.unpack_from(_data, {self.offset})",
+            *(f"    {word} = int.from_bytes({word}, 'little')" for word in self._words),
+            *(f"    {n} = {value}" for n, value in self._values.items() if n != value),
+            f"    if {checks}: return _new(_record, ({names},))",
+            "    return None",
+        ]
+        return "\n".join(lines)
+
+
+def bounds(signal: Signal) -> tuple[float, float]:
+    """The least and greatest value of a signal.
+
+    Raises:
+        DbcError: it has no range, or a float's bounds are no float32 numbers, so that a value
+            inside them could be rounded to one outside.
+    """
+    low, high = signal.minimum, signal.maximum
+    if low is None or high is None:
+        raise DbcError(f"signal {signal.name} has no range in the DBC; give it [min|max]")
+    if signal.is_float and struct.unpack("<2f", struct.pack("<2f", low, high)) != (low, high):
+        raise DbcError(
+            f"signal {signal.name}: {low!r}..{high!r} are no float32 numbers; round them"
+        )
+    return low, high
+
+
+def is_scaled(signal: Signal) -> bool:
+    """Whether physical and raw value differ."""
+    return bool(signal.conversion.scale != 1 or signal.conversion.offset != 0)
+
+
+def _require_supported(message: str, signal: Signal, position: int) -> None:
+    """Refuse what the generated text would move wrongly; ``position``: first free bit."""
+    name = f"{message}.{signal.name}"
+    if signal.byte_order != "little_endian":
+        raise DbcError(f"{name}: only little-endian signals are used")
+    if signal.start < position:
+        raise DbcError(f"{name}: bit {signal.start} is taken; signals must not overlap")
+    if signal.is_float and (signal.length != 32 or signal.start % 8 or is_scaled(signal)):
+        raise DbcError(f"{name}: floats must be 32 bits, begin a byte, and have scale 1, offset 0")
+    if not signal.is_float:
+        least = -(1 << signal.length - 1) if signal.is_signed else 0
+        scale, offset = signal.conversion.scale, signal.conversion.offset
+        low, high = (round((bound - offset) / scale) for bound in bounds(signal))
+        if not least <= low <= high < least + (1 << signal.length):
+            raise DbcError(f"{name}: {signal.length} bits cannot hold its range; make it narrower")
+
+
+def _raw_of(signal: Signal) -> str:
+    """Expression of the raw value of a physical one; rounds as cantools does."""
+    scale, offset = signal.conversion.scale, signal.conversion.offset
+    if not is_scaled(signal):
+        return str(signal.name)
+    return f"round(({signal.name} - {offset!r}) / {scale!r})"
+
+
+def _value_of(signal: Signal, raw: str) -> str:
+    scale, offset = signal.conversion.scale, signal.conversion.offset
+    return f"({raw} * {scale!r} + {offset!r})" if is_scaled(signal) else raw
