@@ -30,7 +30,8 @@ class DryFriction:
     """Torques of dry friction, brakes and hard stops.
 
     Attributes:
-        torque: friction and brake torque of each joint over the last step, Nm; the next step's p0.
+        torque: what friction, brakes and stops did to each joint over the last step, Nm: the next
+            step's p0, to be applied by the engine beside the motors' torque.
     """
 
     def __init__(
@@ -46,11 +47,14 @@ class DryFriction:
         self._limits = tuple(joint_limits)
         self._step_s = step_s
         self._joints: tuple[tuple[int, float, list[float], float, float], ...] = ()
-        self.torque = [0.0] * JOINTS
+        self.reset()
 
     def reset(self) -> None:
         """Forget the torques of the step before."""
-        self.torque[:] = [0.0] * JOINTS
+        self._dry = [0.0] * JOINTS
+        self._stop = [0.0] * JOINTS
+        self._on_stop = False
+        self.torque = self._dry
 
     def prepare(self, response: list[list[float]], brakes: Sequence[bool]) -> None:
         """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on."""
@@ -67,22 +71,28 @@ class DryFriction:
         Raises:
             PlantError: the sweeps do not settle, which only a wrong W or a NaN can cause.
         """
-        step_s, on_stop = self._step_s, False
-        self._settle(speed)
-        for angle, v, (lower, upper) in zip(q, speed, self._limits, strict=True):
-            if not lower <= angle + step_s * v <= upper:
-                self._settle_on_stops(speed, q)
-                on_stop = True
-                break
+        step_s = self._step_s
+        if not self._on_stop:
+            self._settle(speed)
+        if self._on_stop or self._leaves_range(speed, q):
+            self._settle_on_stops(speed, q)
         for i, v in enumerate(speed):
             q[i] += step_s * v
-        if on_stop:  # rounding may put a joint an ulp beyond the stop that bounded its speed
+        if self._on_stop:  # rounding may put a joint an ulp beyond the stop that bounds its speed
             for i, (lower, upper) in enumerate(self._limits):
                 q[i] = min(max(q[i], lower), upper)
 
+    def _leaves_range(self, speed: list[float], q: list[float]) -> bool:
+        """Whether a joint would end the step beyond a stop."""
+        step_s = self._step_s
+        for angle, v, (lower, upper) in zip(q, speed, self._limits, strict=True):
+            if not lower <= angle + step_s * v <= upper:
+                return True
+        return False
+
     def _settle(self, speed: list[float]) -> None:
         """Projected Gauss-Seidel over dry friction and brakes."""
-        torque = self.torque
+        torque = self._dry
         for _ in range(MAX_SWEEPS):
             settled = True
             for i, inertia, row, low, high in self._joints:
@@ -109,7 +119,7 @@ class DryFriction:
             ((lower - angle) / self._step_s, (upper - angle) / self._step_s)
             for angle, (lower, upper) in zip(q, self._limits, strict=True)
         ]
-        stop = [0.0] * JOINTS
+        stop = self._stop
         for _ in range(MAX_SWEEPS):
             self._settle(speed)
             settled = True
@@ -123,6 +133,12 @@ class DryFriction:
                     stop[i] += change
                     _add_scaled(speed, row, change)
             if settled:
+                self._on_stop = any(stop)
+                self.torque = (
+                    [a + b for a, b in zip(self._dry, stop, strict=True)]
+                    if self._on_stop
+                    else self._dry
+                )
                 return
         raise _unsettled(speed)
 

@@ -1,0 +1,117 @@
+"""The iSBX board of one joint: two DACs, two ADCs and an incremental encoder (thesis 6.4.4).
+
+Plain state without I/O. What its codes mean is :class:`~rfms_can.mechanism.BoardScale`'s.
+Codes saturate at the rails -2048 and 2047 and round half up, so a run repeats bit by bit.
+"""
+
+from math import floor, pi, sin
+from typing import Final
+
+from rfms_can.arm import Arm
+from rfms_can.mechanism import COARSE_CODES, COARSE_LINEARITY, CONVERTER_CODES
+
+LOWEST_CODE: Final = -CONVERTER_CODES
+HIGHEST_CODE: Final = CONVERTER_CODES - 1
+COARSE_WAVES: Final = 3.0
+"""Waves of the potentiometer's linearity error over its range."""
+
+Sample = tuple[int, int, int, bool]
+"""Counts since power-up, current ADC, velocity ADC, index seen since the last sample."""
+
+
+class Board:
+    """The board of one joint, between the bus' codes and the joint's angle, speed and torque.
+
+    The encoder counts from power-up, at an angle nobody knows: counts become an angle when an
+    index pulse (one per motor revolution, at whole revolutions of the motor) is latched and the
+    coarse position says which one it was.
+
+    Attributes:
+        current: motor current the amplifier drives, A.
+        force_set_point_code: what the force-set-point DAC was last told; kept and reported. This
+            amplifier follows the motor-current DAC.
+        latched_index_counts: counts at the last index pulse; None before the first.
+    """
+
+    def __init__(
+        self, arm: Arm, joint: int, q: float, adc_slope: float = 1.0, adc_offset: float = 0.0
+    ) -> None:
+        """Power up the board of joint index ``joint`` (0 to 5) at angle ``q`` (rad).
+
+        ``adc_slope`` and ``adc_offset`` are A_c and B_c of Eq. 4.14, I_adc = A_c I_dac + B_c, in
+        codes. The printed 5.74 and -61.30 cannot be right (full current would read 11694, beyond
+        any 12-bit converter), so the current reads back as it was set.
+        """
+        drive = arm.drives[joint]
+        self._scale = arm.board_scale(joint)
+        self._drive = drive
+        self._adc_slope, self._adc_offset = adc_slope, adc_offset
+        self._revolutions_per_radian = drive.gear_ratio / (2.0 * pi)
+        self._counts_per_revolution = drive.counts_per_revolution
+        self._linearity = COARSE_LINEARITY * drive.index_interval
+        revolutions = q * self._revolutions_per_radian
+        self._power_up_counts = floor(revolutions * drive.counts_per_revolution + 0.5)
+        self._whole_revolutions = floor(revolutions)
+        self._counts = 0
+        self._speed_code = 0
+        self._current_code = 0
+        self._index_seen = False
+        self.current = 0.0
+        self.force_set_point_code = 0
+        self.latched_index_counts: int | None = None
+
+    def set_motor_current(self, code: int) -> float:
+        """Write the motor-current DAC; return the joint torque its current makes, Nm.
+
+        The amplifier's full scale is the drive's current limit; codes beyond the rails saturate.
+        """
+        self._current_code = min(max(code, LOWEST_CODE), HIGHEST_CODE)
+        self.current = self._current_code * self._scale.ampere_per_dac_code
+        return self._current_code * self._scale.torque_per_dac_code
+
+    def set_force_set_point(self, code: int) -> None:
+        """Write the force-set-point DAC."""
+        self.force_set_point_code = min(max(code, LOWEST_CODE), HIGHEST_CODE)
+
+    def observe(self, q: float, qd: float) -> None:
+        """Follow the joint to angle ``q`` (rad) and speed ``qd`` (rad/s): once a control period.
+
+        Every index pulse between the two angles is seen, and the last one crossed stays latched;
+        a joint that crosses one and returns within the period is not told apart from a resting
+        one.
+        """
+        revolutions = q * self._revolutions_per_radian
+        self._counts = (
+            floor(revolutions * self._counts_per_revolution + 0.5) - self._power_up_counts
+        )
+        whole = floor(revolutions)
+        if whole != self._whole_revolutions:
+            # Pulse n lies at revolution n exactly: the last one crossed is below us when going up.
+            pulse = whole if whole > self._whole_revolutions else whole + 1
+            self._whole_revolutions = whole
+            self._index_seen = True
+            self.latched_index_counts = pulse * self._counts_per_revolution - self._power_up_counts
+        self._speed_code = _code(qd / self._scale.speed_per_adc_code)
+
+    def sample(self) -> Sample:
+        """What MEASURE carries; the index flag starts anew."""
+        index_seen, self._index_seen = self._index_seen, False
+        current = _code(self._adc_slope * self._current_code + self._adc_offset)
+        return self._counts, current, self._speed_code, index_seen
+
+    def coarse(self, q: float) -> int:
+        """Code (0 to 4095) of the potentiometer at angle ``q`` (rad), linearity error included."""
+        scale = self._scale
+        part = (q - scale.coarse_zero) / scale.angle_per_coarse_code / COARSE_CODES
+        error = self._linearity * sin(2.0 * pi * COARSE_WAVES * part)
+        code = floor((q + error - scale.coarse_zero) / scale.angle_per_coarse_code + 0.5)
+        return min(max(code, 0), COARSE_CODES - 1)
+
+
+def _code(value: float) -> int:
+    """The converter's code for ``value`` (in codes): rounded half up, saturated at the rails."""
+    if value >= HIGHEST_CODE:
+        return HIGHEST_CODE
+    if value <= LOWEST_CODE:
+        return LOWEST_CODE
+    return floor(value + 0.5)

@@ -1,0 +1,124 @@
+"""The plant between two SYNCs: six boards, the arm, and the gripper's jaw.
+
+No frames and no clock: whoever owns it says how long a control period is and hands in the codes
+that the bus brought.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+from rfms_can.arm import Arm, friction_set
+from rfms_can.errors import PlantError
+from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
+from rfms_can.plant.board import Board, Sample
+from rfms_can.plant.jaw import Jaw
+
+PHYSICS_STEPS_NS: Final = (1_000_000, 500_000, 250_000, 200_000, 100_000)
+"""Physics steps the plant knows, largest first; 1 ms at most."""
+
+RATES_HZ: Final = (50, 100, 125, 200, 250, 400, 500, 800, 1000, 2000)
+"""Rates named to somebody whose own does not fit; all of them do."""
+
+
+def physics_steps(rate_hz: float) -> tuple[int, float]:
+    """Physics steps per control period, and their length (s), at ``rate_hz``.
+
+    The largest of :data:`PHYSICS_STEPS_NS` that divides the period, in whole nanoseconds.
+
+    Raises:
+        PlantError: none does; the message names the period and rates that fit.
+    """
+    period_ns = round(1e9 / rate_hz) if rate_hz > 0.0 else 0
+    if period_ns > 0 and abs(period_ns * rate_hz - 1e9) < 1e-3 * rate_hz:
+        for step_ns in PHYSICS_STEPS_NS:
+            steps, rest = divmod(period_ns, step_ns)
+            if steps and not rest:
+                return steps, step_ns * 1e-9
+    period = f"a period of {1e3 / rate_hz:.6g} ms" if rate_hz > 0.0 else "no period"
+    raise PlantError(
+        f"rate {rate_hz:g} Hz: {period} is not a whole number of physics steps of 1, 0.5, 0.25, "
+        f"0.2 or 0.1 ms; rates that fit: {', '.join(map(str, RATES_HZ))} Hz"
+    )
+
+
+class PlantPhysics:
+    """Six boards on one arm, and a gripper, advanced one control period at a time.
+
+    Attributes:
+        steps_per_period: physics steps in one control period.
+        step_s: length of a physics step, s.
+        jaw: the gripper.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        friction_name: str,
+        rate_hz: float,
+        initial_q: Sequence[float] | None = None,
+        part_width: float = 0.0,
+    ) -> None:
+        """Power up ``arm`` at ``initial_q`` (6, rad; parked if None), gripper half open.
+
+        Raises:
+            ArmError: no such friction set.
+            PlantError: the rate does not fit the physics step, or the pose not the arm.
+        """
+        self.steps_per_period, self.step_s = physics_steps(rate_hz)
+        self._model = ArmModel(arm, friction_set(arm, friction_name), self.step_s)
+        if initial_q is not None:
+            self._model.reset(initial_q)
+        self._boards = tuple(Board(arm, joint, q) for joint, q in enumerate(self._model.q))
+        self.jaw = Jaw(arm.gripper, arm.gripper.stroke / 2.0, part_width)
+
+    @property
+    def true_q(self) -> list[float]:
+        """The joint angles nobody on the bus knows exactly, (6,), rad (a copy)."""
+        return list(self._model.q)
+
+    @property
+    def true_qd(self) -> list[float]:
+        """The joint speeds, (6,), rad/s (a copy)."""
+        return list(self._model.qd)
+
+    def step_period(
+        self,
+        motor_current_codes: Sequence[int],
+        force_set_point_codes: Sequence[int],
+        brakes: Sequence[bool] = NO_BRAKES,
+    ) -> None:
+        """Advance one control period with the DACs held at the given codes (6 each).
+
+        A brake that is on (True) holds its joint; the motor goes on pushing against it.
+
+        Raises:
+            PlantError: MuJoCo warned; the message is its text.
+        """
+        boards, model, jaw = self._boards, self._model, self.jaw
+        torque = [
+            board.set_motor_current(code)
+            for board, code in zip(boards, motor_current_codes, strict=True)
+        ]
+        for board, code in zip(boards, force_set_point_codes, strict=True):
+            board.set_force_set_point(code)
+        model.step(torque, brakes, self.steps_per_period)
+        for board, q, qd in zip(boards, model.q, model.qd, strict=True):
+            board.observe(q, qd)
+        for _ in range(self.steps_per_period):
+            jaw.step(self.step_s)
+
+    def sample(self) -> list[Sample]:
+        """Counts, current ADC, velocity ADC and index flag of each joint, for MEASURE."""
+        return [board.sample() for board in self._boards]
+
+    def coarse(self, joint: int) -> int:
+        """Coarse position code (0 to 4095) of joint index ``joint``."""
+        return self._boards[joint].coarse(self._model.q[joint])
+
+    def latched_index_counts(self, joint: int) -> int | None:
+        """Counts at the last index pulse of joint index ``joint``; None before the first."""
+        return self._boards[joint].latched_index_counts
+
+    def force_set_point_code(self, joint: int) -> int:
+        """What the force-set-point DAC of joint index ``joint`` was last told."""
+        return self._boards[joint].force_set_point_code
