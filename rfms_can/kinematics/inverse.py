@@ -63,7 +63,7 @@ class InverseKinematics:
         configuration: Configuration,
         previous: Sequence[float] | None = None,
     ) -> Joints:
-        """The joint angles of ``t6`` (metres) in ``configuration``, radians.
+        """The joint angles of ``t6`` (rigid, metres) in ``configuration``, radians.
 
         Each angle is the turn nearest to ``previous`` that lies in the joint's range; without
         ``previous``, nearest to zero. At a wrist singularity theta4 is that of ``previous``.
@@ -86,7 +86,7 @@ class InverseKinematics:
             nearest_turn(q5, p5, *r5),
             nearest_turn(q6, p6, *r6),
         )
-        if math.isnan(q1 + sum(q)):
+        if not math.isfinite(sum(q) + sum(t6)):
             raise self._refusal(t6, previous, (q1, q2, q3, q4, q5, q6), q)
         return q
 

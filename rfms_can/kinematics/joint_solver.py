@@ -41,9 +41,9 @@ class JointSolver:
         """The joint's angle, radians: the turn nearest to ``previous`` inside the range.
 
         Returns:
-            The angle; NaN where there is none (out of reach, out of range, or an argument that is
-            not finite). Never raises: a node calls this with what the bus sent. ``refusal`` says
-            why.
+            The angle; NaN where there is none (out of reach, out of range, or a T6 that
+            ``Transform.from_o_a_p`` found to be no rotation). Never raises: a node calls this
+            with what the bus sent. ``refusal`` says why.
         """
         angle = self._angle(t6, configuration)
         return nearest_turn(angle, previous, self._lower, self._upper)

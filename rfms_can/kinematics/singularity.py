@@ -11,7 +11,7 @@ from rfms_can.kinematics.geometry import Geometry
 class SingularityMargins(NamedTuple):
     """How far from singular a pose is: zero is singular, the sign is the configuration.
 
-    det J = -a2 L * elbow * shoulder * wrist, L = hypot(a3, d4).
+    det J = a2 L * elbow * shoulder * wrist, L = hypot(a3, d4).
 
     Attributes:
         elbow: sine of the bend between upper arm and forearm; C3 where a3 = 0.
