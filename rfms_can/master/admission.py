@@ -1,0 +1,78 @@
+"""The rules a move must keep before the trajectory generator takes it (errata to Chapter III)."""
+
+from math import pi
+from typing import Final
+
+from rfms_can.errors import MoveError
+from rfms_can.master.segment import Move
+from rfms_can.transform import DriveTransform
+from rfms_can.wire.vocabulary import Mode
+
+MAX_ROTATION: Final = 0.8 * pi
+"""Largest psi of one Cartesian segment, rad (3.4.3): nearer to pi the axis is ill defined."""
+
+
+def check_times(move: Move, period_s: float) -> None:
+    """A move must leave room for its own transitions, in and to rest.
+
+    Raises:
+        MoveError: t_seg < 2 t_acc + 2 tau, or a time under one period.
+    """
+    name = f"move {move.sequence}"
+    if move.acceleration_ticks < 1:
+        raise MoveError(
+            f"{name}: acceleration time of {move.acceleration_ticks} periods: "
+            f"give at least one ({period_s:g} s)"
+        )
+    least = 2 * move.acceleration_ticks + 2
+    if move.segment_ticks < least:
+        raise MoveError(
+            f"{name}: segment time {move.segment_ticks * period_s:.6g} s is under twice the "
+            f"acceleration time plus two periods, {least * period_s:.6g} s: the arm could not "
+            f"stop at the goal; lengthen the segment or shorten the acceleration time "
+            f"({move.acceleration_ticks * period_s:.6g} s)"
+        )
+
+
+def check_succession(before: Move, move: Move, period_s: float) -> None:
+    """The segment before must have room for both its transitions, in and on to ``move``.
+
+    Raises:
+        MoveError: t_seg(before) < t_acc(before) + t_acc(move) + 2 tau. The segment before is
+            promised already, so it is ``move`` that is refused.
+    """
+    longest = before.segment_ticks - before.acceleration_ticks - 2
+    if move.acceleration_ticks > longest:
+        raise MoveError(
+            f"move {move.sequence}: acceleration time {move.acceleration_ticks * period_s:.6g} s "
+            f"is too long to leave move {before.sequence}, whose segment of "
+            f"{before.segment_ticks * period_s:.6g} s leaves {longest * period_s:.6g} s of it "
+            f"(t_seg >= t_acc + t_acc(next) + 2 tau): accelerate within that, or wait until move "
+            f"{before.sequence} is complete"
+        )
+
+
+def check_path(before: Move, move: Move, tick: int) -> None:
+    """A Cartesian segment keeps its configuration and turns by 0.8 pi at most.
+
+    With goals that move this is judged by where they are at ``tick``.
+
+    Raises:
+        MoveError: another configuration, or too large a rotation.
+    """
+    if move.mode is Mode.JOINT:
+        return
+    name = f"move {move.sequence}"
+    if move.configuration != before.configuration:
+        raise MoveError(
+            f"{name}: a Cartesian segment cannot change the configuration from "
+            f"'{before.configuration}' to '{move.configuration}': move in joint mode first"
+        )
+    goal = move.target
+    drive = DriveTransform.between(goal.left(tick), before.target.pose(tick), goal.right(tick))
+    if not drive.psi <= MAX_ROTATION:
+        raise MoveError(
+            f"{name}: a Cartesian rotation of {drive.psi:.4g} rad exceeds 0.8 pi = "
+            f"{MAX_ROTATION:.4g} rad: split it in two with a position between, "
+            f"or move in joint mode"
+        )

@@ -1,0 +1,134 @@
+"""Moves as they are requested, goals as they are solved, and the segments the arm then runs."""
+
+from typing import NamedTuple, Protocol, Self
+
+from rfms_can.errors import MoveError
+from rfms_can.kinematics import Configuration
+from rfms_can.transform import DriveTransform, Transform
+from rfms_can.wire.vocabulary import Mode
+
+
+class Goal(Protocol):
+    """A position equation solved for T6 = L D(r) R (3.20), evaluated at the tick of a cycle.
+
+    D stands immediately left of the inverse tool, so that the tool's origin runs straight. Ticks
+    count from the first enable.
+    """
+
+    @property
+    def constant(self) -> bool:
+        """Whether all transforms are of type value: the same at every tick, and cached."""
+
+    def left(self, tick: int) -> Transform:
+        """L: what stands left of the drive transform."""
+
+    def right(self, tick: int) -> Transform:
+        """R: what stands right of it."""
+
+    def pose(self, tick: int) -> Transform:
+        """L R: T6 at the goal."""
+
+
+class FixedGoal:
+    """A goal that never moves: T6 W(tool) = ``target``, L = ``target``, R = ``tool``^-1."""
+
+    __slots__ = ("_left", "_pose", "_right")
+
+    constant = True
+
+    def __init__(self, target: Transform, tool: Transform | None = None) -> None:
+        self._left = target
+        self._right = Transform.identity() if tool is None else tool.inverse()
+        self._pose = target if tool is None else target @ self._right
+
+    def left(self, tick: int) -> Transform:
+        """The target."""
+        return self._left
+
+    def right(self, tick: int) -> Transform:
+        """The inverse tool."""
+        return self._right
+
+    def pose(self, tick: int) -> Transform:
+        """T6 with the tool at the target."""
+        return self._pose
+
+
+class Move(NamedTuple):
+    """A request to move: where to, how, and how fast.
+
+    Attributes:
+        sequence: the request's number, growing from 1.
+        target: where to.
+        mode: straight in joint angles or in space.
+        segment_ticks: t_seg in periods, from the goal before to this one.
+        acceleration_ticks: t_acc in periods: the transition into this segment takes twice that.
+        configuration: the branch of the inverse solution at the target.
+    """
+
+    sequence: int
+    target: Goal
+    mode: Mode
+    segment_ticks: int
+    acceleration_ticks: int
+    configuration: Configuration
+
+
+class Segment(NamedTuple):
+    """A move under way, or a stay: where T6 is at any r.
+
+    Attributes:
+        move: what was asked for.
+        drive: D, in Cartesian mode.
+        rests: whether this is the transition that ends at its own goal, t_seg = t_acc.
+    """
+
+    move: Move
+    drive: DriveTransform | None = None
+    rests: bool = False
+
+    @classmethod
+    def towards(cls, move: Move, origin: Transform, tick: int) -> Self:
+        """The segment of ``move`` from the pose ``origin`` = B, its D(1) solved now (3.22)."""
+        if move.mode is Mode.JOINT:
+            return cls(move)
+        goal = move.target
+        return cls(move, DriveTransform.between(goal.left(tick), origin, goal.right(tick)))
+
+    @classmethod
+    def hold(cls, pose: Transform, configuration: Configuration) -> Self:
+        """At rest at ``pose``, before the first move."""
+        return cls(Move(0, FixedGoal(pose), Mode.JOINT, 1, 1, configuration), rests=True)
+
+    def to_rest(self) -> Self:
+        """The transition to rest at this segment's goal: to the same target, t_seg = t_acc.
+
+        In joint mode whatever the segment's was: there is nothing left to drive through.
+        """
+        ticks = self.move.acceleration_ticks
+        move = self.move._replace(mode=Mode.JOINT, segment_ticks=ticks)
+        return self._replace(move=move, drive=None, rests=True)
+
+    def pose(self, tick: int, r: float) -> Transform:
+        """T6_1: in joint mode the goal, in Cartesian mode L D(r) R."""
+        goal = self.move.target
+        if self.drive is None:
+            return goal.pose(tick)
+        return goal.left(tick) @ self.drive.at(r) @ goal.right(tick)
+
+
+def whole_ticks(duration_s: float, period_s: float) -> int:
+    """``duration_s`` in periods, rounded to the nearest.
+
+    Raises:
+        MoveError: not a finite number, or shorter than half a period.
+    """
+    if not 0.0 < duration_s < 1e9:  # also NaN
+        raise MoveError(f"a time of {duration_s} s is no duration: give seconds, more than zero")
+    ticks = round(duration_s / period_s)
+    if ticks < 1:
+        raise MoveError(
+            f"a time of {duration_s:g} s is under half a period of {period_s:g} s: "
+            f"give at least {period_s:g} s"
+        )
+    return ticks

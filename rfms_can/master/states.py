@@ -1,0 +1,115 @@
+"""The states of the trajectory generator: one literal table (Table 3.3, Appendix C)."""
+
+from enum import Enum, auto
+from typing import Final
+
+from rfms_can.errors import RfmsError
+from rfms_can.wire.vocabulary import TrajectoryState
+
+
+class Stage(Enum):
+    """Where the generator is; the comments name the states of Appendix C."""
+
+    OFF = auto()
+    """Not enabled: no set-points."""
+    IDLE = auto()
+    """At rest at a goal, or following one that moves (STATE0)."""
+    START = auto()
+    """Beginning of a transition (STATE3, row 3)."""
+    BLEND = auto()
+    """In a transition (STATE4, row 4)."""
+    LINEAR = auto()
+    """Constant rate along the segment (STATE1, row 1)."""
+    PRE = auto()
+    """Along the segment, and looking at where the next one will start (STATE2, row 2)."""
+    STOP = auto()
+    """Row 1 with h slowing down to rest: a controlled stop along the path (STATE5)."""
+
+
+class Event(Enum):
+    """What takes the generator from one tick's stage to the next's."""
+
+    ENABLE = auto()
+    """A pose to hold is given."""
+    DISABLE = auto()
+    """Set-points end: a fault, or the drives go off."""
+    STAY = auto()
+    """Nothing ends with this tick."""
+    PREPARE = auto()
+    """The hand-over is near and the segment to hand over to is settled."""
+    DEPART = auto()
+    """This tick is -t_acc of the next segment."""
+    BLENDED = auto()
+    """The transition is over."""
+    ARRIVED = auto()
+    """The transition to rest is over."""
+    HALT = auto()
+    """A stop was asked for."""
+
+
+TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = {
+    Stage.OFF: {
+        Event.ENABLE: Stage.IDLE,
+        Event.DISABLE: Stage.OFF,
+    },
+    Stage.IDLE: {
+        Event.ENABLE: Stage.IDLE,
+        Event.DISABLE: Stage.OFF,
+        Event.STAY: Stage.IDLE,
+        Event.DEPART: Stage.START,
+    },
+    Stage.START: {
+        Event.DISABLE: Stage.OFF,
+        Event.STAY: Stage.BLEND,
+    },
+    Stage.BLEND: {
+        Event.DISABLE: Stage.OFF,
+        Event.STAY: Stage.BLEND,
+        Event.BLENDED: Stage.LINEAR,
+        Event.PREPARE: Stage.PRE,
+        Event.ARRIVED: Stage.IDLE,
+        Event.HALT: Stage.STOP,
+    },
+    Stage.LINEAR: {
+        Event.DISABLE: Stage.OFF,
+        Event.STAY: Stage.LINEAR,
+        Event.PREPARE: Stage.PRE,
+        Event.HALT: Stage.STOP,
+    },
+    Stage.PRE: {
+        Event.DISABLE: Stage.OFF,
+        Event.STAY: Stage.PRE,
+        Event.DEPART: Stage.START,
+        Event.HALT: Stage.STOP,
+    },
+    Stage.STOP: {
+        Event.DISABLE: Stage.OFF,
+        Event.STAY: Stage.STOP,
+        Event.ENABLE: Stage.IDLE,
+    },
+}
+
+ON_THE_WIRE: Final = {
+    Stage.IDLE: TrajectoryState.IDLE,
+    Stage.START: TrajectoryState.START,
+    Stage.BLEND: TrajectoryState.BLEND,
+    Stage.LINEAR: TrajectoryState.LINEAR,
+    Stage.PRE: TrajectoryState.PRE,
+    Stage.STOP: TrajectoryState.LINEAR,
+}
+"""What the joints are told: to them a stop is a segment whose r changes ever more slowly."""
+
+
+def following(stage: Stage, event: Event) -> Stage:
+    """The stage after ``event``.
+
+    Raises:
+        RfmsError: ``event`` cannot happen in ``stage``.
+    """
+    target = TRANSITIONS[stage].get(event)
+    if target is None:
+        possible = ", ".join(known.name for known in TRANSITIONS[stage])
+        raise RfmsError(
+            f"trajectory generator: {event.name} cannot happen in {stage.name}, only {possible}"
+        )
+    return target
