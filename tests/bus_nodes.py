@@ -30,7 +30,7 @@ class Listener:
 
 
 class Talker(Listener):
-    """Sends the same frames at every multiple of a period, ``rounds`` times."""
+    """Sends the same frames every period, ``rounds`` times."""
 
     def __init__(
         self,
@@ -38,13 +38,15 @@ class Talker(Listener):
         frames: Sequence[Frame],
         period_ns: int = 1_000_000,
         rounds: int = 1,
+        *,
         accepts: frozenset[int] = frozenset(),
+        first_ns: int = 0,
     ) -> None:
         super().__init__(name, accepts)
         self.frames = frames
         self.period_ns = period_ns
         self.rounds = rounds
-        self.next_ns = 0
+        self.next_ns = first_ns
 
     def on_time(self, now_ns: int) -> Sequence[Frame]:
         self.rounds -= 1

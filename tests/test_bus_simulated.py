@@ -60,9 +60,7 @@ def test_an_urgent_frame_waits_for_the_one_on_the_wire_and_for_nothing_else() ->
     slow, urgent, other = Frame(0x700, bytes(64)), Frame(0x001, b""), Frame(0x600, b"")
     bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)
     bus.attach(Talker("first", [slow]))
-    second = Talker("second", [other, urgent])
-    second.next_ns = 1
-    bus.attach(second)
+    bus.attach(Talker("second", [other, urgent], first_ns=1))
     bus.attach(listener)
     bus.run_until(1_000_000)
     assert [frame for _, frame in listener.heard] == [slow, urgent, other]
@@ -114,6 +112,28 @@ def test_a_deadline_that_does_not_move_on_is_an_error_not_a_hang() -> None:
         bus.run_until(10)
 
 
+def test_timers_due_at_frame_ends_are_no_reason_to_suspect_a_hang() -> None:
+    class Echo(Listener):  # due the instant it hears something
+        due: int | None = None
+
+        def on_frame(self, frame: Frame, now_ns: int) -> tuple[Frame, ...]:
+            self.due = now_ns
+            return ()
+
+        def on_time(self, now_ns: int) -> tuple[Frame, ...]:
+            self.due = None
+            return ()
+
+        def next_deadline_ns(self) -> int | None:
+            return self.due
+
+    bus = SimulatedBus(TIMING)
+    bus.attach(Echo("echo", EVERYTHING))
+    bus.attach(Talker("talker", [Frame(1, b"")], 100_000, 1100))
+    bus.run_until(200_000_000)
+    assert bus.statistics.frames[1].count == 1100
+
+
 def test_observers_see_each_frame_once_with_its_sender() -> None:
     bus = SimulatedBus(TIMING)
     seen: list[tuple[int, Frame, str]] = []
@@ -131,8 +151,7 @@ def test_an_error_frame_is_followed_by_a_retransmission_and_moves_the_counters()
     talker, listener = Talker("talker", [frame]), Listener("listener", EVERYTHING)
     sender, receiver = bus.attach(talker), bus.attach(listener)
     bus.step()  # on_time
-    bus.step()  # start of frame
-    bus.step()  # error frame
+    bus.step()  # start of frame, up to the end of the error frame
     assert (sender.tec, receiver.rec, listener.heard) == (8, 1, [])
     bus.run_until(1_000_000)
     # the frame, 12 bits of error flags, 8 of delimiter, 3 of intermission, the frame
@@ -146,8 +165,10 @@ def test_thirty_two_errors_end_in_bus_off_and_nothing_restarts_it() -> None:
         return Disturbance(error_at=0.5) if sender == "talker" else None
 
     bus = SimulatedBus(TIMING, disturber=against_talker)
-    talker = Talker("talker", [Frame(0x10, b""), Frame(0x11, b"")], 50_000_000, 3, EVERYTHING)
-    other = Talker("other", [Frame(0x20, b"")], 1_000_000, 100, EVERYTHING)
+    talker = Talker(
+        "talker", [Frame(0x10, b""), Frame(0x11, b"")], 50_000_000, 3, accepts=EVERYTHING
+    )
+    other = Talker("other", [Frame(0x20, b"")], 1_000_000, 100, accepts=EVERYTHING)
     port, witness = bus.attach(talker), bus.attach(other)
     bus.run_until(40_000_000)
     assert port.bus_off
@@ -219,7 +240,7 @@ def test_different_frames_of_one_identifier_collide_until_the_loser_is_error_pas
 
 def test_a_detached_node_is_silent_and_unhearing_and_its_frame_ends_in_an_error() -> None:
     bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)
-    dying = Talker("dying", [Frame(1, bytes(64))], 1_000_000, 5, EVERYTHING)
+    dying = Talker("dying", [Frame(1, bytes(64))], 1_000_000, 5, accepts=EVERYTHING)
     bus.attach(Listener("before", EVERYTHING))
     port = bus.attach(dying)
     bus.attach(listener)

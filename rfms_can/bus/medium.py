@@ -50,6 +50,7 @@ class Medium:
         "_duration_ns",
         "_errors_seen",
         "_failed",
+        "_intermission_ns",
         "_nominal_ns",
         "_serial",
         "_start_ns",
@@ -74,6 +75,7 @@ class Medium:
         self.end_ns = self.idle_ns = self._start_ns = start_ns
         self._disturber = disturber
         self._nominal_ns = timing.nominal_ns
+        self._intermission_ns = timing.nominal_ns(INTERMISSION_BITS)
         self._duration_ns: Callable[[Frame], int] = (
             (lambda frame: timing.worst_case_ns(len(frame.data), frame.fd))
             if worst_case
@@ -108,7 +110,7 @@ class Medium:
         self.sending = entry
         self._start_ns = now_ns
         self.idle_ns = now_ns + self._duration_ns(frame)
-        self.end_ns = self.idle_ns - self._nominal_ns(INTERMISSION_BITS)
+        self.end_ns = self.idle_ns - self._intermission_ns
         if self._failed:
             self._destroy(1.0)
         elif self._disturber is not None:
@@ -143,7 +145,7 @@ class Medium:
         """Let an error flag start after a fraction of the frame."""
         flagged_ns = self._start_ns + round(fraction * (self.end_ns - self._start_ns))
         self.end_ns = flagged_ns + self._nominal_ns(ERROR_FRAME_BITS)
-        self.idle_ns = self.end_ns + self._nominal_ns(INTERMISSION_BITS)
+        self.idle_ns = self.end_ns + self._intermission_ns
 
     def _pop_not_suspended(self, now_ns: int) -> Entry | None:
         """The most urgent frame of a controller that may send already, or put off idle."""

@@ -2,8 +2,8 @@
 
 A frame is queued in its node's controller the moment the node hands it over. When the bus is
 idle, the lowest identifier among all controllers' queues wins and occupies the bus for its own
-bit time, stuff bits counted. At the end of its end-of-frame field every node that accepts the
-identifier, the sender excepted, gets it; three bits of intermission later the bus is idle again.
+bit time, stuff bits counted. With its last bit every node that accepts the identifier, the sender
+excepted, gets it; three bits of intermission later the bus is idle again.
 
 Order of what happens at one instant, so that a run repeats to the bit:
 
@@ -37,8 +37,7 @@ from rfms_can.node import Node
 NEVER: Final = 1 << 62
 MAX_CALLS_AT_ONE_INSTANT: Final = 1000
 
-Observer = Callable[[int, Frame, str], None]
-"""``observer(time_ns, frame, sender_name)``, called at the end of each frame."""
+Observer = Callable[[int, Frame, str], None]  # time_ns, frame, sender's name
 
 
 class SimulatedBus:
@@ -71,7 +70,7 @@ class SimulatedBus:
         self._deadlines: list[int] = [NEVER]  # first of what is put off, then by controller
         self._put_off: list[tuple[int, int, Callable[[], None]]] = []  # heap
         self._serial = 0
-        self._calls_at_now = 0
+        self._called_ns, self._calls = start_ns, 0
 
     @property
     def statistics(self) -> BusStatistics:
@@ -79,17 +78,13 @@ class SimulatedBus:
         return self._medium.statistics
 
     def reset_statistics(self) -> None:
-        """Count from now on."""
+        """Count from now on; what was counted so far stays with who holds it."""
         self._medium.statistics = BusStatistics(since_ns=self.now_ns)
 
     def attach(
         self, node: Node, *, tx_capacity: int = TX_CAPACITY, latency_ns: int = 0
     ) -> Controller:
-        """Put a node on the bus; its deadline counts and its frames are sent from now on.
-
-        Raises:
-            BusError: a node of that name is attached already.
-        """
+        """Put a node on the bus; raises ``BusError`` if one of that name is there."""
         if any(node.name == controller.name for controller in self._controllers):
             raise BusError(f"two nodes are named {node.name!r}: names tell senders apart")
         controller = Controller(node, len(self._controllers) + 1, tx_capacity, latency_ns)
@@ -126,8 +121,8 @@ class SimulatedBus:
             while not goal():
                 if not self._advance(NEVER - 1):
                     raise BusError(
-                        f"nothing is left to happen at {self.now_ns} ns: no frame is pending "
-                        f"and no node has a deadline, yet what was waited for has not come"
+                        f"nothing is left to happen at {self.now_ns} ns (no frame pending, no "
+                        f"deadline), yet what was waited for has not come"
                     )
         else:
             while self._advance(goal):
@@ -142,20 +137,17 @@ class SimulatedBus:
         """Let the next event up to ``limit_ns`` happen; False if there is none."""
         medium = self._medium
         timer_ns = min(self._deadlines)
-        if medium.sending is not None:
-            if medium.end_ns <= timer_ns:
-                if medium.end_ns > limit_ns:
-                    return False
-                self._finish()
-                return True
-        elif medium.pending:
+        while medium.sending is None and medium.pending:
             start_ns = max(medium.idle_ns, self.now_ns)
-            if start_ns < timer_ns:
-                if start_ns > limit_ns:
-                    return False
-                self.now_ns = start_ns
-                medium.start(start_ns)
-                return True
+            if start_ns >= timer_ns or start_ns > limit_ns:
+                break
+            self.now_ns = start_ns
+            medium.start(start_ns)
+        if medium.sending is not None and medium.end_ns <= timer_ns:
+            if medium.end_ns > limit_ns:
+                return False
+            self._finish()
+            return True
         if timer_ns > limit_ns:
             return False
         self._call(self._deadlines.index(timer_ns), timer_ns)
@@ -163,21 +155,20 @@ class SimulatedBus:
 
     def _call(self, index: int, timer_ns: int) -> None:
         """Do what was put off, or call the node whose deadline has come."""
-        if timer_ns > self.now_ns:
-            self.now_ns = timer_ns
-            self._calls_at_now = 0
+        self.now_ns = now_ns = max(self.now_ns, timer_ns)
         if index == 0:
             heappop(self._put_off)[2]()
             self._deadlines[0] = self._put_off[0][0] if self._put_off else NEVER
             return
         controller = self._controllers[index - 1]
-        self._calls_at_now += 1
-        if self._calls_at_now > MAX_CALLS_AT_ONE_INSTANT:
+        self._calls = self._calls + 1 if now_ns == self._called_ns else 1
+        self._called_ns = now_ns
+        if self._calls > MAX_CALLS_AT_ONE_INSTANT:
             raise BusError(
-                f"{controller.name}: its deadline {timer_ns} ns is still due at {self.now_ns} ns "
+                f"{controller.name}: its deadline {timer_ns} ns is still due at {now_ns} ns "
                 f"after {MAX_CALLS_AT_ONE_INSTANT} calls of on_time"
             )
-        frames = controller.node.on_time(self.now_ns)
+        frames = controller.node.on_time(now_ns)
         if frames:
             self._hand_over(controller, frames)
         self._read_deadline(controller)
