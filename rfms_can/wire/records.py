@@ -84,6 +84,7 @@ class Setpoint(NamedTuple):
     blend: int
     cycle: int
     sequence: int
+    poses: int
 
 
 class Bias(NamedTuple):

@@ -1,0 +1,209 @@
+"""What all nodes of the field bus share: boot, configuration, SYNC watchdog, heartbeat, faults.
+
+A node never raises on what the bus sends it: frames are discarded and counted, commands that the
+state table does not have are ignored and counted.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Final
+
+from rfms_can.endpoint import Endpoint
+from rfms_can.frame import Frame
+from rfms_can.joint_nodes.ladder import Ladder, Reaction
+from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
+from rfms_can.node import NOTHING
+from rfms_can.wire import ESTOP_VALUES, HEARTBEAT_EVERY, Wire
+from rfms_can.wire.configuration import configuration_hash
+from rfms_can.wire.records import Config, ConfigAck, Emcy, Estop, Nmt, Sync
+from rfms_can.wire.vocabulary import (
+    Clock,
+    Command,
+    ConfigStatus,
+    FaultCode,
+    NodeState,
+    Parameter,
+)
+
+EVERYONE: Final = 0
+_MAX_U16: Final = 0xFFFF
+_PARAMETERS: Final = frozenset(Parameter)
+_DRIVING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
+
+
+class FieldNode(Endpoint):
+    """Base of joint and gripper nodes: everything but the control law.
+
+    Args:
+        number: node number, 1 to 6 joints, 7 gripper.
+        wire, boot_id: see ``Endpoint``.
+
+    Attributes:
+        state: node state.
+        cycle: number of the cycle under way.
+        bus_state: state the master runs the bus in, by the last SYNC.
+        faults: faults detected since start, by code.
+    """
+
+    def __init__(self, number: int, wire: Wire, boot_id: int) -> None:
+        super().__init__(number, wire, boot_id)
+        self.state = NodeState.INIT
+        self.cycle = -1
+        self.bus_state = NodeState.INIT
+        self.faults: Counter[FaultCode] = Counter()
+        self.reaction = Reaction.NONE
+        self.parameters: dict[Parameter, float] = {}
+        self.config_hash = 0
+        self._ladder = Ladder()
+        self._deadline_ns: int | None = 0
+        self._watch_ns = 0
+        self._emcy = self._sends(Emcy, number)
+        self._ack = self._sends(ConfigAck, number)
+        self._hears(Estop, None, self._on_estop)
+        self._hears(Nmt, None, self._on_command)
+        self._hears(Sync, None, self._on_sync)
+        self._hears(Config, number, self._on_config)
+
+    # --- the node protocol --------------------------------------------------------------------
+
+    def on_time(self, now_ns: int) -> Sequence[Frame]:
+        """Boot at first; later, a SYNC that did not come is one more miss on the ladder."""
+        if self._deadline_ns is None or now_ns < self._deadline_ns:
+            return NOTHING
+        self._now_ns = now_ns
+        if self.state is NodeState.INIT:
+            self._deadline_ns = None
+            self._change(Event.BOOT)
+            self._announce()
+        else:
+            self._deadline_ns += self._watch_ns
+            self._miss(FaultCode.SYNC_MISSING)
+            self._without_sync()
+        return self._flush()
+
+    def next_deadline_ns(self) -> int | None:
+        """When the next SYNC is overdue."""
+        return self._deadline_ns
+
+    # --- for the nodes built on this ----------------------------------------------------------
+
+    def _configured(self) -> bool:
+        """A whole configuration has come in: build what depends on it; False to refuse it."""
+        raise NotImplementedError
+
+    def _begin_cycle(self, sync: Sync) -> None:
+        """A SYNC came: the cycle before is over, a new one begins."""
+        raise NotImplementedError
+
+    def _without_sync(self) -> None:
+        """A SYNC did not come."""
+
+    def _entered(self, state: NodeState) -> None:
+        """The state changed."""
+
+    def _change(self, event: Event) -> None:
+        """A transition of our own; raises if the table has none."""
+        before, self.state = self.state, enter(self.state, event, self.name)
+        if self.state is not before:
+            self._entered(self.state)
+
+    def _miss(self, fault: FaultCode, value: float = 0.0) -> None:
+        """One more cycle with a fault: climb the ladder and do what it says."""
+        if self.state in _DRIVING or self.reaction is Reaction.DAMP:
+            self._react(self._ladder.miss(fault), fault, value)
+
+    def _react(self, reaction: Reaction, fault: FaultCode, value: float) -> None:
+        """Go at least as far up the ladder as ``reaction``."""
+        self.faults[fault] += 1
+        if reaction <= Reaction.HOLD or reaction <= self.reaction:
+            return
+        self.reaction = reaction
+        stops = reaction is Reaction.STOP
+        self._change(Event.QUICKSTOP if stops else Event.FAULT)
+        self._out.append(
+            self._emcy.frame(fault, self.register, max(-1e9, min(1e9, value)), self.cycle & 0xFF)
+        )
+
+    @property
+    def register(self) -> int:
+        """Error register: bit 0 any fault, bits 1 to 15 the classes of fault codes."""
+        bits = sum(1 << (1 + code % 15) for code in self.faults)
+        return (bits | 1) & _MAX_U16 if bits else 0
+
+    # --- what comes in ------------------------------------------------------------------------
+
+    def _on_sync(self, sync: Sync) -> None:
+        if sync.dbc_hash != self.wire.dbc_hash:
+            self._refuse_database(sync)
+            return
+        self._ladder.clear(FaultCode.SYNC_MISSING)
+        self.cycle = sync.cycle
+        self.bus_state = NodeState(sync.state)
+        if self.config_hash:
+            lockstep = sync.clock == Clock.LOCKSTEP
+            period = self.parameters[Parameter.BARRIER if lockstep else Parameter.PERIOD]
+            self._watch_ns = round(period * 1e9)
+            self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
+        if sync.cycle % HEARTBEAT_EVERY == 0:
+            self._announce()
+        self._begin_cycle(sync)
+
+    def _refuse_database(self, sync: Sync) -> None:
+        """The master runs another DBC: nothing it sends can be trusted."""
+        if self.faults[FaultCode.DBC_MISMATCH]:
+            self.ignored["SYNC with another DBC"] += 1
+        else:
+            self._react(Reaction.OFF, FaultCode.DBC_MISMATCH, float(sync.dbc_hash))
+
+    def _on_command(self, nmt: Nmt) -> None:
+        if nmt.node not in (EVERYONE, self.number):
+            return
+        command = Command(nmt.command)
+        if command is Command.ANNOUNCE:
+            self._announce()
+            return
+        if command is Command.START and nmt.argument not in (0, self.config_hash):
+            self.ignored["START for another configuration"] += 1
+            return
+        event = COMMAND_EVENTS[command]
+        if successor(self.state, event) is None:
+            self.ignored[f"{command.name} in {self.state.name}"] += 1
+            return
+        if event is Event.HOME and not self.config_hash:
+            self.ignored["HOME without configuration"] += 1
+            return
+        if event in (Event.START, Event.RESET):
+            self._start_anew()
+        self._change(event)
+
+    def _start_anew(self) -> None:
+        """START and RESET begin a new life of all counters; faults are history after RESET."""
+        self.reaction = Reaction.NONE
+        self._ladder.reset()
+        self.faults.clear()
+        self._restart_counters()
+
+    def _on_estop(self, estop: Estop) -> None:
+        if estop == ESTOP_VALUES and self.state is not NodeState.INIT:
+            self._react(Reaction.OFF, FaultCode.EMERGENCY_STOP, 0.0)
+
+    def _on_config(self, config: Config) -> None:
+        status, digest = ConfigStatus.TAKEN, 0
+        if self.state is not NodeState.PREOP:
+            status = ConfigStatus.REFUSED_STATE
+        elif config.parameter == Parameter.COMMIT:
+            digest = configuration_hash(self.parameters)
+            whole = len(self.parameters) == config.total and digest == config.hash
+            if whole and self._configured():
+                self.config_hash = digest
+            else:
+                status = ConfigStatus.WRONG_HASH
+        elif config.parameter in _PARAMETERS:
+            self.config_hash = 0
+            self.parameters[Parameter(config.parameter)] = config.value
+        else:
+            status = ConfigStatus.UNKNOWN
+        self._out.append(self._ack.frame(config.parameter, status, config.value, digest))
+
+    def _announce(self) -> None:
+        self._beat(self.state, self.register, self.config_hash)

@@ -1,0 +1,68 @@
+"""The safety ladder: how many cycles may miss something, and what happens then (PROTOCOL 3).
+
+Each node climbs its own ladder; safety never depends on the master being alive.
+"""
+
+from enum import IntEnum
+from typing import Final
+
+from rfms_can.wire.vocabulary import FaultCode
+
+
+class Reaction(IntEnum):
+    """What a node does about a fault; the higher, the harder."""
+
+    NONE = 0
+    HOLD = 1  # R1: the last set-point stays
+    STOP = 2  # R2: controlled stop with gravity compensation, then hold
+    DAMP = 3  # R3: torque-capped damping
+    OFF = 4  # R4: torque off, brake
+
+
+Steps = tuple[tuple[int, Reaction], ...]
+
+LADDERS: Final[dict[FaultCode, Steps]] = {
+    # 12 ms and 20 ms at 250 Hz (the 20-packet and 20 ms rules of today's arms), 100 ms (moteus).
+    FaultCode.SYNC_MISSING: (
+        (1, Reaction.HOLD),
+        (3, Reaction.STOP),
+        (5, Reaction.DAMP),
+        (25, Reaction.OFF),
+    ),
+    FaultCode.SETPOINT_MISSING: (
+        (1, Reaction.HOLD),
+        (3, Reaction.STOP),
+        (5, Reaction.DAMP),
+        (25, Reaction.OFF),
+    ),
+    FaultCode.MEASURE_MISSING: ((1, Reaction.HOLD), (3, Reaction.OFF)),
+    FaultCode.ERROR_MISSING: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+    FaultCode.SETPOINT_STEP: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+    FaultCode.ENCODER_GLITCH: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+}
+
+
+class Ladder:
+    """Counts consecutive cycles with a fault, one count for each kind of fault."""
+
+    __slots__ = ("misses",)
+
+    def __init__(self) -> None:
+        self.misses = dict.fromkeys(LADDERS, 0)
+
+    def miss(self, fault: FaultCode) -> Reaction:
+        """One more cycle with the fault; the reaction it has reached."""
+        self.misses[fault] += 1
+        count, reached = self.misses[fault], Reaction.NONE
+        for bound, reaction in LADDERS[fault]:
+            if count >= bound:
+                reached = reaction
+        return reached
+
+    def clear(self, fault: FaultCode) -> None:
+        """A cycle without the fault."""
+        self.misses[fault] = 0
+
+    def reset(self) -> None:
+        """Back to the ground, after RESET or START."""
+        self.misses = dict.fromkeys(LADDERS, 0)

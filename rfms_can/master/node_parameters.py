@@ -1,0 +1,108 @@
+"""What each node is told before it is enabled: scales and limits of its board, gains of its servo.
+
+Gains follow from two numbers, the same for every joint so that the arm behaves alike in all
+directions: natural frequency and damping of the error, on the inertia the joint has at the park
+pose. The 4 ms period and the one period of bus delay leave 30 rad/s about 60 degrees of phase.
+"""
+
+import struct
+from typing import Final
+
+from rfms_can.arm import Arm, friction_set
+from rfms_can.dynamics import ArmDynamics
+from rfms_can.wire import GRIPPER, JOINTS
+from rfms_can.wire.vocabulary import Parameter
+
+NATURAL_FREQUENCY: Final = 30.0  # rad/s
+DAMPING_RATIO: Final = 1.0
+INTEGRAL_RATE: Final = 8.0
+"""K_i over K_p, 1/s."""
+INTEGRAL_PART: Final = 0.3
+"""Part of the torque limit the integral may use."""
+DEADBAND_COUNTS: Final = 1.5
+"""Error, encoder counts, the integral leaves alone: stiction would make it hunt."""
+FRICTION_SPEED: Final = 0.02
+"""Desired speed, rad/s, from which friction is compensated in full."""
+HOMING_PART: Final = 0.2
+"""Homing speed over the joint's speed limit."""
+STOPPING_PART: Final = 0.5
+"""Deceleration of a controlled stop over the joint's acceleration limit."""
+
+Parameters = dict[Parameter, float]
+
+
+def joint_parameters(
+    arm: Arm, friction_name: str, period_s: float, barrier_s: float
+) -> dict[int, Parameters]:
+    """Parameters of joint nodes 1 to 6.
+
+    Args:
+        arm: the arm on the bus.
+        friction_name: friction set the servos compensate.
+        period_s: control period, s.
+        barrier_s: longest lockstep cycle, s.
+    """
+    inertia = ArmDynamics(arm).inertia_matrix(arm.park)
+    frictions = friction_set(arm, friction_name)
+    result: dict[int, Parameters] = {}
+    for joint in JOINTS:
+        i = joint - 1
+        drive, scale, friction = arm.drives[i], arm.board_scale(i), frictions[i]
+        stiffness = float(inertia[i, i]) * NATURAL_FREQUENCY**2
+        counts_per_rad = drive.counts_per_radian
+        result[joint] = {
+            Parameter.ARM_ID: float(arm.arm_id),
+            Parameter.PERIOD: period_s,
+            Parameter.BARRIER: barrier_s,
+            Parameter.KP: stiffness,
+            Parameter.KI: INTEGRAL_RATE * stiffness,
+            Parameter.KD: 2.0 * DAMPING_RATIO * float(inertia[i, i]) * NATURAL_FREQUENCY,
+            Parameter.INTEGRAL_LIMIT: INTEGRAL_PART * drive.torque_limit,
+            Parameter.INTEGRAL_DEADBAND: DEADBAND_COUNTS / abs(counts_per_rad),
+            Parameter.NATURAL_FREQUENCY: NATURAL_FREQUENCY,
+            Parameter.DAMPING_RATIO: DAMPING_RATIO,
+            Parameter.TORQUE_LIMIT: drive.torque_limit,
+            Parameter.TORQUE_PER_CODE: scale.torque_per_dac_code,
+            Parameter.COUNTS_PER_UNIT: counts_per_rad,
+            Parameter.RATE_PER_CODE: scale.speed_per_adc_code,
+            Parameter.COULOMB_POSITIVE: friction.coulomb_positive,
+            Parameter.COULOMB_NEGATIVE: friction.coulomb_negative,
+            Parameter.VISCOUS: friction.viscous,
+            Parameter.FRICTION_SPEED: FRICTION_SPEED,
+            Parameter.POSITION_MIN: arm.joint_limits[i][0],
+            Parameter.POSITION_MAX: arm.joint_limits[i][1],
+            Parameter.SPEED_LIMIT: arm.speed_limits[i],
+            Parameter.ACCELERATION_LIMIT: STOPPING_PART * arm.acceleration_limits[i],
+            Parameter.COARSE_PER_CODE: scale.angle_per_coarse_code,
+            Parameter.COARSE_ZERO: scale.coarse_zero,
+            Parameter.INDEX_INTERVAL_COUNTS: float(drive.counts_per_revolution),
+            Parameter.HOMING_SPEED: HOMING_PART * arm.speed_limits[i],
+        }
+    return result
+
+
+def gripper_parameters(arm: Arm, period_s: float, barrier_s: float) -> Parameters:
+    """Parameters of the gripper node; its unit is the metre."""
+    gripper = arm.gripper
+    return {
+        Parameter.ARM_ID: float(arm.arm_id),
+        Parameter.PERIOD: period_s,
+        Parameter.BARRIER: barrier_s,
+        Parameter.TORQUE_LIMIT: gripper.force_limit,
+        Parameter.TORQUE_PER_CODE: gripper.force_per_dac_code,
+        Parameter.COUNTS_PER_UNIT: gripper.counts_per_metre,
+        Parameter.POSITION_MAX: gripper.stroke,
+    }
+
+
+def all_parameters(
+    arm: Arm, friction_name: str, period_s: float, barrier_s: float
+) -> dict[int, Parameters]:
+    """Parameters of nodes 1 to 7, rounded to the float32 they travel as."""
+    nodes = joint_parameters(arm, friction_name, period_s, barrier_s)
+    nodes[GRIPPER] = gripper_parameters(arm, period_s, barrier_s)
+    number = struct.Struct("<f")
+    return {
+        node: {p: number.unpack(number.pack(v))[0] for p, v in parameters.items()}
+        for node, parameters in nodes.items()
+    }

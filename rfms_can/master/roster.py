@@ -1,0 +1,51 @@
+"""Who is on the bus and how it is, from heartbeats: presence, states, DBC and configuration."""
+
+from typing import Final
+
+from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT
+from rfms_can.wire.records import Heartbeat
+from rfms_can.wire.vocabulary import NodeState
+
+EXPECTED: Final = (*JOINTS, GRIPPER, PLANT)
+SERVOS: Final = (*JOINTS, GRIPPER)
+
+
+class Roster:
+    """The last heartbeat of every node.
+
+    Args:
+        dbc_hash: what every node must run.
+    """
+
+    __slots__ = ("_boots", "_dbc_hash", "beats")
+
+    def __init__(self, dbc_hash: int) -> None:
+        self.beats: dict[int, Heartbeat] = {}
+        self._boots: dict[int, int] = {}
+        self._dbc_hash = dbc_hash
+
+    def hear(self, node: int, beat: Heartbeat) -> str | None:
+        """Take a heartbeat; returns what is wrong with it, or None."""
+        self.beats[node] = beat
+        name = NODE_NAMES[node]
+        if beat.dbc_hash != self._dbc_hash:
+            return (
+                f"{name} runs another DBC (hash {beat.dbc_hash:#06x}, "
+                f"the master's is {self._dbc_hash:#06x}); give all nodes the same rfms.dbc"
+            )
+        boot = self._boots.setdefault(node, beat.boot_id)
+        if boot != beat.boot_id:
+            return f"{name} restarted while the bus was up (boot id {beat.boot_id:#x}); reset"
+        return None
+
+    def absent(self) -> list[str]:
+        """Names of nodes that have not been heard of."""
+        return [NODE_NAMES[n] for n in EXPECTED if n not in self.beats]
+
+    def all_in(self, state: NodeState) -> bool:
+        """Whether every joint and the gripper last reported ``state``."""
+        return all(n in self.beats and self.beats[n].state == state for n in SERVOS)
+
+    def discarded(self) -> dict[str, int]:
+        """Frames each node has discarded since its start."""
+        return {NODE_NAMES[n]: beat.discarded for n, beat in sorted(self.beats.items())}

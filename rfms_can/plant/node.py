@@ -1,0 +1,151 @@
+"""The plant as a node: integrates a period at every SYNC, samples, and latches DAC codes.
+
+At SYNC k+1 the period is integrated with the codes latched at SYNC k, the boards are sampled, and
+the codes of cycle k that have arrived are latched. A joint whose node has been silent for three
+cycles is braked; all are until their nodes speak. When SYNC fails, physics goes on: the plant then
+runs its periods by its own clock.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Final
+
+from rfms_can.endpoint import Endpoint
+from rfms_can.frame import Frame
+from rfms_can.node import NOTHING
+from rfms_can.plant.physics import PlantPhysics
+from rfms_can.wire import ESTOP_VALUES, GRIPPER, HEARTBEAT_EVERY, JOINTS, PLANT, Wire
+from rfms_can.wire.records import Dac, Estop, Measure, Nmt, Reference, Sync
+from rfms_can.wire.vocabulary import Clock, Command, NodeState
+
+SILENT_CYCLES: Final = 3
+"""Cycles without a DAC frame after which the plant brakes a joint."""
+
+
+class PlantNode(Endpoint):
+    """Node 9: seven boards, an arm and a jaw.
+
+    Args:
+        physics: what happens between two SYNCs.
+        wire, boot_id: see ``Endpoint``.
+        period_ns: control period, ns.
+        barrier_ns: how long a lockstep cycle may take before it counts as missed, ns.
+    """
+
+    def __init__(
+        self, physics: PlantPhysics, wire: Wire, boot_id: int, period_ns: int, barrier_ns: int
+    ) -> None:
+        super().__init__(PLANT, wire, boot_id)
+        self.physics = physics
+        self.state = NodeState.INIT
+        self.cycle = 0
+        self._period_ns = period_ns
+        self._barrier_ns = barrier_ns
+        self._watch_ns = period_ns
+        self._deadline_ns: int | None = 0
+        self._started = False
+        self._bus_state = NodeState.PREOP
+        self._arrived: list[Dac | None] = [None] * GRIPPER
+        self._silent = [SILENT_CYCLES] * GRIPPER
+        self._codes = [0] * GRIPPER
+        self._force_codes = [0] * len(JOINTS)
+        self._measures = [self._sends(Measure, n) for n in (*JOINTS, GRIPPER)]
+        self._references = [self._sends(Reference, n) for n in JOINTS]
+        self._hears(Estop, None, self._on_estop)
+        self._hears(Nmt, None, self._on_command)
+        self._hears(Sync, None, self._on_sync)
+        for n in (*JOINTS, GRIPPER):
+            self._hears(Dac, n, partial(self._on_dac, n - 1))
+
+    def on_time(self, now_ns: int) -> Sequence[Frame]:
+        """Boot at first; later, go on without the SYNC that did not come."""
+        if self._deadline_ns is None or now_ns < self._deadline_ns:
+            return NOTHING
+        if self.state is NodeState.INIT:
+            self.state = NodeState.PREOP
+            self._deadline_ns = None
+            self._beat(self.state)
+        else:
+            self._deadline_ns += self._watch_ns
+            self._run_period(self.cycle + 1)
+        return self._flush()
+
+    def next_deadline_ns(self) -> int | None:
+        """When the plant goes on by itself."""
+        return self._deadline_ns
+
+    def _on_sync(self, sync: Sync) -> None:
+        if sync.dbc_hash != self.wire.dbc_hash:
+            self.ignored["SYNC with another DBC"] += 1
+            return
+        self.state = NodeState.OPERATIONAL
+        self._bus_state = NodeState(sync.state)
+        self._watch_ns = self._barrier_ns if sync.clock == Clock.LOCKSTEP else self._period_ns
+        self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
+        if sync.cycle % HEARTBEAT_EVERY == 0:
+            self._beat(self.state)
+        self._run_period(sync.cycle)
+
+    def _run_period(self, cycle: int) -> None:
+        """Integrate the period that ends now, latch what came in it, sample."""
+        if self._started:
+            self.physics.jaw.set_motor_current(self._codes[GRIPPER - 1])
+            brakes = [silent >= SILENT_CYCLES for silent in self._silent[: len(JOINTS)]]
+            self.physics.step_period(self._codes[: len(JOINTS)], self._force_codes, brakes)
+        self._started = True
+        self._latch()
+        self.cycle = cycle
+        self._sample(cycle & 0xFF)
+
+    def _latch(self) -> None:
+        """Codes that arrived act from now on; codes that did not stay as they were."""
+        for index, dac in enumerate(self._arrived):
+            if dac is None:
+                self._silent[index] += 1
+                continue
+            self._silent[index] = 0
+            self._codes[index] = dac.current_dac
+            if index < len(JOINTS):
+                self._force_codes[index] = dac.force_dac
+            self._arrived[index] = None
+
+    def _sample(self, low: int) -> None:
+        """MEASURE of every board; REFERENCE too while the bus homes."""
+        physics, out = self.physics, self._out
+        for index, (counts, current, velocity, index_seen) in enumerate(physics.sample()):
+            braked = self._silent[index] >= SILENT_CYCLES
+            out.append(
+                self._measures[index].frame(counts, current, velocity, low, index_seen, braked)
+            )
+        counts, current = physics.jaw.sample()
+        out.append(self._measures[-1].frame(counts, current, 0, low, 0, 0))
+        if self._bus_state is NodeState.HOMING:
+            for index, sender in enumerate(self._references):
+                latched = physics.latched_index_counts(index)
+                out.append(
+                    sender.frame(
+                        physics.coarse(index), latched or 0, int(latched is not None), low
+                    )
+                )
+
+    def _on_dac(self, index: int, dac: Dac) -> None:
+        """A code for the cycle under way; one of another cycle came too late."""
+        if dac.cycle == self.cycle & 0xFF:
+            self._arrived[index] = dac
+        else:
+            self.ignored["stale DAC"] += 1
+
+    def _on_command(self, nmt: Nmt) -> None:
+        if nmt.node not in (0, self.number):
+            return
+        if nmt.command == Command.ANNOUNCE:
+            self._beat(self.state)
+        elif nmt.command in (Command.START, Command.RESET):
+            self._restart_counters()
+
+    def _on_estop(self, estop: Estop) -> None:
+        """Torque off and brakes on, whatever the nodes say."""
+        if estop == ESTOP_VALUES:
+            self._codes = [0] * GRIPPER
+            self._silent = [SILENT_CYCLES] * GRIPPER
+            self._arrived = [None] * GRIPPER

@@ -1,0 +1,48 @@
+"""Set-points across the wire: what the master packs into SETPOINT 1 and 2, and nodes read back."""
+
+from functools import lru_cache
+from typing import Final
+
+from rfms_can.kinematics import CONFIGURATIONS, Configuration
+from rfms_can.setpoint import CartesianSetpoint
+from rfms_can.transform import Transform
+from rfms_can.wire.records import Setpoint
+from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
+
+_STATES: Final = tuple(TrajectoryState)
+_MODES: Final = tuple(Mode)
+_BLENDS: Final = tuple(Blend)
+
+
+def values_of(
+    setpoint: CartesianSetpoint, pose: Transform, configuration: Configuration, cycle: int
+) -> tuple[float, ...]:
+    """The values of one SETPOINT frame: ``pose`` is T6_1 or T6_2 of ``setpoint``."""
+    return (
+        *(pose.ox, pose.oy, pose.oz),
+        *(pose.ax, pose.ay, pose.az),
+        *(pose.px, pose.py, pose.pz),
+        *(setpoint.r, setpoint.p, setpoint.acceleration_time),
+        *(setpoint.state, setpoint.mode, configuration.code, setpoint.blend),
+        *(cycle, setpoint.sequence & 0xFFFF, 1 if setpoint.T6_2 is None else 2),
+    )
+
+
+@lru_cache(maxsize=4)
+def setpoint_of(first: Setpoint, second: Setpoint | None) -> CartesianSetpoint:
+    """What the frames say; a pure function, so nodes of one process may share its results."""
+    return CartesianSetpoint(
+        state=_STATES[first.state],
+        mode=_MODES[first.mode],
+        blend=_BLENDS[first.blend],
+        r=first.r,
+        p=first.blend_p,
+        acceleration_time=first.acceleration_time,
+        T6_1=Transform.from_o_a_p(first[0:3], first[3:6], first[6:9]),
+        configuration_1=CONFIGURATIONS[first.configuration],
+        T6_2=None
+        if second is None
+        else Transform.from_o_a_p(second[0:3], second[3:6], second[6:9]),
+        configuration_2=CONFIGURATIONS[(first if second is None else second).configuration],
+        sequence=first.sequence,
+    )
