@@ -30,14 +30,6 @@ def stop_parameter(p: float) -> float:
     return 2.0 * p - blend_parameter(p)
 
 
-def segment_parameter(tick: int, acceleration_ticks: int, segment_ticks: int) -> float:
-    """h at local tick n, -n_acc to n_seg (3.15, 3.16); 1 is the goal."""
-    if tick >= acceleration_ticks:
-        return tick / segment_ticks
-    p = (tick + acceleration_ticks) / (2 * acceleration_ticks)
-    return blend_parameter(p) * acceleration_ticks / segment_ticks
-
-
 def segment_derivatives(time: float, acceleration_time: float, segment_time: float) -> Derivatives:
     """h and its time derivatives at local ``time``, seconds from -t_acc (3.15, 3.16)."""
     if time >= acceleration_time:

@@ -66,8 +66,8 @@ class SegmentRunner:
     def settle(self, move: Move | None, tick: int) -> None:
         """Fix what follows: ``move``, or the transition to rest at this segment's goal.
 
-        The hand-over is at t_seg - t_acc of what follows, or, settled too late for that, once its
-        start has been watched; never beyond the goal.
+        The hand-over is at t_seg - t_acc of what follows; settled too late for that, it is as soon
+        as its start has been sent once.
         """
         move_left = self.segment.move
         if move is None:
@@ -75,10 +75,8 @@ class SegmentRunner:
         else:
             self.next = Segment.towards(move, move_left.target.pose(tick), tick)
         self.watched = 0
-        following = self.next.move
-        last = move_left.segment_ticks
-        earliest = min(self.n + 1 + self.watch_ticks(following), last)
-        self.hand_over = max(last - following.acceleration_ticks, earliest)
+        due = move_left.segment_ticks - self.next.move.acceleration_ticks
+        self.hand_over = max(due, self.n + 2)
 
     def idle(self, tick: int) -> CartesianSetpoint:
         """At the goal; T6_2 as soon as there is a next segment."""

@@ -28,8 +28,12 @@ MAX_QUEUE: Final = 256
 """Moves that may wait; a program that asks for more is waiting for nothing."""
 
 
-def _accept(move: Move) -> None:
-    """The goal check of a generator that was given none."""
+Admit = Callable[[Move, Move, int], None]
+"""Raises where the arm cannot run from the first move's goal to the second's, at a tick."""
+
+
+def _admit_all(before: Move, move: Move, tick: int) -> None:
+    """What a generator without an arm knows of it."""
 
 
 class TrajectoryGenerator:
@@ -46,20 +50,20 @@ class TrajectoryGenerator:
         self,
         period_s: float,
         blend: Blend = Blend.CONTINUOUS,
-        check_goal: Callable[[Move], None] = _accept,
+        admit: Admit = _admit_all,
     ) -> None:
         """A generator that is off.
 
         Args:
             period_s: tau, s.
             blend: which matching polynomial the joints are to use.
-            check_goal: raises where the arm cannot take a move's goal; called at its request.
+            admit: what the arm has to say to a move; called at its request, after our own rules.
         """
         self.period_s: Final = period_s
         self.stage = Stage.OFF
         self.completed = 0
         self.tick_count = 0
-        self._check_goal: Final = check_goal
+        self._admit: Final = admit
         self._queue: deque[Move] = deque()
         self._last_sequence = 0
         self._stopping = False
@@ -97,7 +101,7 @@ class TrajectoryGenerator:
 
         Raises:
             MoveError: it breaks a rule; the message names numbers and remedy. Nothing changes.
-            KinematicsError: ``check_goal`` refuses its goal.
+            KinematicsError: ``admit`` refuses it.
         """
         name = f"move {move.sequence}"
         if self.stage is Stage.OFF or self._stopping:
@@ -112,7 +116,7 @@ class TrajectoryGenerator:
         if not before.rests:
             check_succession(before.move, move, self.period_s)
         check_path(before.move, move, self.tick_count)
-        self._check_goal(move)
+        self._admit(before.move, move, self.tick_count)
         self._queue.append(move)
         self._last_sequence = move.sequence
 
