@@ -126,11 +126,16 @@ class ArmModel:
         return response
 
     def _raise_warning(self) -> None:
-        """Raise the first of MuJoCo's warnings, if there is any."""
-        for kind, warning in enumerate(self._data.warning):
-            if warning.number:
-                text = mujoco.mju_warningText(kind, int(warning.lastinfo))
-                raise PlantError(f"MuJoCo warned at {self._data.time:.4f} s: {text}")
+        """Raise MuJoCo's warnings, if there are any, the one that came first at the front."""
+        warnings = [
+            (int(warning.number), mujoco.mju_warningText(kind, int(warning.lastinfo)))
+            for kind, warning in enumerate(self._data.warning)
+            if warning.number
+        ]
+        if warnings:
+            warnings.sort(key=lambda warning: -warning[0])  # the longer on, the more often
+            text = " ".join(text for _, text in warnings)
+            raise PlantError(f"MuJoCo warned before {self._data.time:.4f} s: {text}")
 
 
 def _compile(arm: Arm, friction: Sequence[JointFriction], physics_step_s: float) -> mujoco.MjModel:
