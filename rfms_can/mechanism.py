@@ -1,4 +1,4 @@
-"""What an arm is made of: links, drives, friction, board scales, gripper. The numbers: ``arm.py``.
+"""What an arm is made of: links, drives, friction, board scales, gripper. The numbers: ``puma.py``.
 
 SI units and radians; everything is joint-side unless it says *motor*. Joint i has index i - 1.
 Denavit-Hartenberg convention B (Paul, Appendix A), alpha = (+90, 0, -90, +90, -90, 0) degrees;
@@ -7,7 +7,7 @@ the base frame sits on the joint-2 axis, z up.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import pi
+from math import copysign, pi
 from typing import Final
 
 from rfms_can.errors import ArmError
@@ -129,10 +129,8 @@ class BoardScale:
 
     Attributes:
         ampere_per_dac_code: motor current per code of the motor-current DAC.
-        torque_per_dac_code: joint torque per code of that DAC, Nm; signed like the gear. The
-            force-set-point DAC has the same magnitude.
-        speed_per_adc_code: joint speed per code of the velocity ADC, rad/s; signed like the gear,
-            because the tachometer sits on the motor.
+        torque_per_dac_code: joint torque per code of either DAC, Nm; signed like the gear.
+        speed_per_adc_code: joint speed per code of the velocity ADC, rad/s; signed like the gear.
         coarse_zero: joint angle at coarse code 0, rad.
         angle_per_coarse_code: rad.
         coarse_error: bound of |coarse position - joint angle|, rad; under a quarter of an index
@@ -171,14 +169,9 @@ class Gripper:
         return self.force_limit / CONVERTER_CODES
 
 
-TACHOMETER_MARGIN: Final = 1.5
-"""Full scale of the velocity ADC over the joint's speed limit."""
-
-COARSE_MARGIN: Final = 0.05
-"""Coarse position range beyond each joint limit, as a part of the joint's range."""
-
-COARSE_LINEARITY: Final = 0.1
-"""Linearity error of the potentiometer in index intervals (amplitude)."""
+TACHOMETER_MARGIN: Final = 1.5  # full scale of the velocity ADC over the joint's speed limit
+COARSE_MARGIN: Final = 0.05  # coarse range beyond each joint limit, as a part of the joint's range
+COARSE_LINEARITY: Final = 0.1  # amplitude of the potentiometer's error, in index intervals
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -244,12 +237,11 @@ class Arm:
         margin = COARSE_MARGIN * (upper - lower)
         angle_per_code = (upper - lower + 2.0 * margin) / COARSE_CODES
         ampere_per_code = drive.current_limit / CONVERTER_CODES
-        full_speed = TACHOMETER_MARGIN * self.speed_limits[joint]
+        full_speed = copysign(TACHOMETER_MARGIN * self.speed_limits[joint], drive.gear_ratio)
         return BoardScale(
             ampere_per_dac_code=ampere_per_code,
             torque_per_dac_code=ampere_per_code * drive.torque_per_ampere,
-            speed_per_adc_code=(full_speed if drive.gear_ratio > 0.0 else -full_speed)
-            / CONVERTER_CODES,
+            speed_per_adc_code=full_speed / CONVERTER_CODES,
             coarse_zero=lower - margin,
             angle_per_coarse_code=angle_per_code,
             coarse_error=COARSE_LINEARITY * drive.index_interval + angle_per_code,
