@@ -74,6 +74,29 @@ def test_friction_never_adds_kinetic_energy(seed: int) -> None:
     assert v @ np.linalg.solve(W, v) <= v_star @ np.linalg.solve(W, v_star) * (1 + 1e-12)
 
 
+@pytest.mark.parametrize("seed", range(25))
+def test_near_its_stops_every_joint_obeys_friction_or_stop(seed: int) -> None:
+    """Ranges of the size of one step: some joints reach a stop, some stick, some slide."""
+    step_s, W, v_star, friction = 1e-3, *random_problem(seed)
+    rng = np.random.default_rng(1000 + seed)
+    limits = [(-float(low), float(up)) for low, up in rng.uniform(0.0, 3e-6, size=(JOINTS, 2))]
+    limits[0] = (-5e-324, 1.0)  # as good as on its stop
+    dry = DryFriction(friction, (0.0,) * JOINTS, limits, step_s)
+    dry.prepare(W.tolist(), NO_BRAKES)
+    v, q = v_star.tolist(), [0.0] * JOINTS
+    dry.advance(v, q)
+    torque = np.linalg.solve(W, np.array(v) - v_star)
+    for i, (f, (lower, upper)) in enumerate(zip(friction, limits, strict=True)):
+        assert lower <= q[i] <= upper
+        low, high = -f.coulomb_positive, f.coulomb_negative
+        if torque[i] < low - 1e-6:
+            assert v[i] == pytest.approx(upper / step_s, abs=1e-9)
+        elif torque[i] > high + 1e-6:
+            assert v[i] == pytest.approx(lower / step_s, abs=1e-9)
+        elif v[i] != 0.0:
+            assert torque[i] == pytest.approx(low if v[i] > 0.0 else high, abs=1e-6)
+
+
 def test_a_matrix_that_is_no_inertia_is_refused() -> None:
     W = np.full((JOINTS, JOINTS), 2.0) - np.eye(JOINTS)  # eigenvalues -1 and 11
     with pytest.raises(PlantError, match=r"do not settle.*not positive definite"):

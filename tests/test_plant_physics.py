@@ -1,6 +1,7 @@
 """The plant between two SYNCs: rates that fit, codes in, codes out, homing data that is true."""
 
 from math import pi
+from random import Random
 
 import pytest
 
@@ -106,3 +107,15 @@ def test_initial_pose_is_taken_and_checked() -> None:
     assert PlantPhysics(PUMA_260, "corke", 250, initial_q=pose).true_q == list(pose)
     with pytest.raises(PlantError, match="joint 5 cannot start at"):
         PlantPhysics(PUMA_260, "corke", 250, initial_q=(0.0, 1.0, -3.0, 0.0, 3.0, 0.0))
+
+
+@arms
+def test_any_codes_and_brakes_leave_the_arm_in_its_range(arm: Arm) -> None:
+    plant, dice = PlantPhysics(arm, "thesis", 400), Random(1)
+    for _ in range(100):
+        codes = [dice.randint(-2048, 2047) for _ in range(JOINTS)]
+        brakes = [dice.random() < 0.15 for _ in range(JOINTS)]
+        for _ in range(10):
+            plant.step_period(codes, ZERO, brakes)
+            for q, (lower, upper) in zip(plant.true_q, arm.joint_limits, strict=True):
+                assert lower <= q <= upper

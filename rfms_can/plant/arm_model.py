@@ -93,7 +93,7 @@ class ArmModel:
                 dry.advance(self.qd, q)
                 qvel[:], qpos[:] = self.qd, q
         finally:  # MuJoCo's warning comes before what we may say of its consequences
-            if self._warnings.any():
+            if any(self._warnings.tolist()):
                 self._raise_warning()
 
     def inertia_matrix(self) -> list[list[float]]:

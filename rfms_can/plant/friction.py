@@ -17,12 +17,17 @@ step on the stop at the latest, and is perfectly inelastic.
 """
 
 from collections.abc import Sequence
+from math import inf
 from typing import Final
 
 from rfms_can.arm import JOINTS, JointFriction
 from rfms_can.errors import PlantError
 
 SPEED_TOLERANCE: Final = 1e-12  # rad/s: changes below do not count
+
+Problem = tuple[int, float, list[float], float, float, float, float]
+"""One joint's part: index, 1 / W_ii, row of W, torque bounds (Nm), and the slowest and fastest
+speed its stops allow, times 1 / W_ii (Nm)."""
 MAX_SWEEPS: Final = 400  # 5 are usual; the worst coupling of these arms needs under 100
 
 
@@ -46,24 +51,21 @@ class DryFriction:
         self._brake_torque = tuple(brake_torque)
         self._limits = tuple(joint_limits)
         self._step_s = step_s
-        self._joints: tuple[tuple[int, float, list[float], float, float], ...] = ()
+        self._joints: list[Problem] = []
         self.reset()
 
     def reset(self) -> None:
         """Forget the torques of the step before."""
-        self._dry = [0.0] * JOINTS
-        self._stop = [0.0] * JOINTS
+        self.torque = [0.0] * JOINTS
         self._on_stop = False
-        self.torque = self._dry
 
     def prepare(self, response: list[list[float]], brakes: Sequence[bool]) -> None:
         """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on."""
-        joints = []
+        self._joints.clear()
         for i, joint in enumerate(self._friction):
             brake = self._brake_torque[i] if brakes[i] else 0.0
             low, high = -joint.coulomb_positive - brake, joint.coulomb_negative + brake
-            joints.append((i, 1.0 / response[i][i], response[i], low, high))
-        self._joints = tuple(joints)
+            self._joints.append((i, 1.0 / response[i][i], response[i], low, high, -inf, inf))
 
     def advance(self, speed: list[float], q: list[float]) -> None:
         """Turn v* (6, rad/s) into v and move ``q`` (6, rad) one step on, both in place.
@@ -71,13 +73,12 @@ class DryFriction:
         Raises:
             PlantError: the sweeps do not settle, which only a wrong W or a NaN can cause.
         """
-        step_s = self._step_s
         if not self._on_stop:
-            self._settle(speed)
+            self._settle(speed, self._joints)
         if self._on_stop or self._leaves_range(speed, q):
             self._settle_on_stops(speed, q)
         for i, v in enumerate(speed):
-            q[i] += step_s * v
+            q[i] += self._step_s * v
         if self._on_stop:  # rounding may put a joint an ulp beyond the stop that bounds its speed
             for i, (lower, upper) in enumerate(self._limits):
                 q[i] = min(max(q[i], lower), upper)
@@ -90,57 +91,54 @@ class DryFriction:
                 return True
         return False
 
-    def _settle(self, speed: list[float]) -> None:
-        """Projected Gauss-Seidel over dry friction and brakes."""
-        torque = self._dry
+    def _settle_on_stops(self, speed: list[float], q: list[float]) -> None:
+        """Settle with speeds bounded so that no joint ends the step beyond its stop."""
+        joints: list[Problem] = []
+        for i, inertia, row, low, high, _, _ in self._joints:
+            lower, upper = self._limits[i]
+            torque_per_radian = inertia / self._step_s
+            slowest, fastest = (
+                (lower - q[i]) * torque_per_radian,
+                (upper - q[i]) * torque_per_radian,
+            )
+            joints.append((i, inertia, row, low, high, slowest, fastest))
+        self._settle(speed, joints)
+        self._on_stop = any(
+            not low <= self.torque[i] <= high for i, _, _, low, high, _, _ in joints
+        )
+
+    def _settle(self, speed: list[float], joints: Sequence[Problem]) -> None:
+        """Projected Gauss-Seidel over the joints' parts.
+
+        Joint by joint, ``stopping`` is the torque that brings it to rest with the others as they
+        are. Where friction cannot give that much, the joint moves on against all of it, no faster
+        than up to its stop.
+        """
+        torque = self.torque
         for _ in range(MAX_SWEEPS):
             settled = True
-            for i, inertia, row, low, high in self._joints:
-                wanted = torque[i] - speed[i] * inertia
-                if wanted < low:
-                    wanted = low
-                elif wanted > high:
-                    wanted = high
+            for i, inertia, row, low, high, slowest, fastest in joints:
+                stopping = torque[i] - speed[i] * inertia
+                if stopping < low:
+                    wanted = min(low, stopping + fastest)
+                elif stopping > high:
+                    wanted = max(high, stopping + slowest)
+                else:
+                    wanted = stopping
                 change = wanted - torque[i]
                 if not abs(change) <= SPEED_TOLERANCE * inertia:  # a NaN never settles
                     settled = False
                     torque[i] = wanted
                     _add_scaled(speed, row, change)
             if settled:
-                for i, _, _, low, high in self._joints:
+                for i, _, _, low, high, _, _ in joints:
                     if low < torque[i] < high:
                         speed[i] = 0.0
                 return
-        raise _unsettled(speed)
-
-    def _settle_on_stops(self, speed: list[float], q: Sequence[float]) -> None:
-        """The same with the speeds bounded so that no joint ends the step beyond its stop."""
-        windows = [
-            ((lower - angle) / self._step_s, (upper - angle) / self._step_s)
-            for angle, (lower, upper) in zip(q, self._limits, strict=True)
-        ]
-        stop = self._stop
-        for _ in range(MAX_SWEEPS):
-            self._settle(speed)
-            settled = True
-            for i, inertia, row, _, _ in self._joints:
-                slowest, fastest = windows[i]
-                pushed_down = min(0.0, stop[i] - (speed[i] - fastest) * inertia)
-                pushed_up = max(0.0, stop[i] - (speed[i] - slowest) * inertia)
-                change = pushed_down + pushed_up - stop[i]  # a joint is on one stop at most
-                if abs(change) > SPEED_TOLERANCE * inertia:
-                    settled = False
-                    stop[i] += change
-                    _add_scaled(speed, row, change)
-            if settled:
-                self._on_stop = any(stop)
-                self.torque = (
-                    [a + b for a, b in zip(self._dry, stop, strict=True)]
-                    if self._on_stop
-                    else self._dry
-                )
-                return
-        raise _unsettled(speed)
+        raise PlantError(
+            f"friction torques do not settle in {MAX_SWEEPS} sweeps at joint speeds {speed} "
+            "rad/s: the inertia matrix is not positive definite, or a motor torque is not a number"
+        )
 
 
 def _add_scaled(vector: list[float], direction: list[float], scale: float) -> None:
@@ -152,10 +150,3 @@ def _add_scaled(vector: list[float], direction: list[float], scale: float) -> No
     vector[3] += scale * d
     vector[4] += scale * e
     vector[5] += scale * f
-
-
-def _unsettled(speed: list[float]) -> PlantError:
-    return PlantError(
-        f"friction torques do not settle in {MAX_SWEEPS} sweeps at joint speeds {speed} rad/s: "
-        "the inertia matrix is not positive definite, or a motor torque is not a number"
-    )
