@@ -75,21 +75,22 @@ class DryFriction:
         """
         if not self._on_stop:
             self._settle(speed, self._joints)
-        if self._on_stop or self._leaves_range(speed, q):
-            self._settle_on_stops(speed, q)
-        for i, v in enumerate(speed):
-            q[i] += self._step_s * v
-        if self._on_stop:  # rounding may put a joint an ulp beyond the stop that bounds its speed
-            for i, (lower, upper) in enumerate(self._limits):
-                q[i] = min(max(q[i], lower), upper)
+        if not self._on_stop and self._stays_in_range(speed, q):
+            for i, v in enumerate(speed):
+                q[i] += self._step_s * v
+            return
+        self._settle_on_stops(speed, q)
+        for i, (lower, upper) in enumerate(self._limits):
+            # Rounding may put a joint an ulp beyond the stop that bounds its speed.
+            q[i] = min(max(q[i] + self._step_s * speed[i], lower), upper)
 
-    def _leaves_range(self, speed: list[float], q: list[float]) -> bool:
-        """Whether a joint would end the step beyond a stop."""
+    def _stays_in_range(self, speed: list[float], q: list[float]) -> bool:
+        """Whether no joint ends the step beyond a stop."""
         step_s = self._step_s
         for angle, v, (lower, upper) in zip(q, speed, self._limits, strict=True):
             if not lower <= angle + step_s * v <= upper:
-                return True
-        return False
+                return False
+        return True
 
     def _settle_on_stops(self, speed: list[float], q: list[float]) -> None:
         """Settle with speeds bounded so that no joint ends the step beyond its stop."""
