@@ -100,12 +100,14 @@ class Controller:
 def receivers(
     sender: Controller, identifier: int, controllers: Sequence[Controller]
 ) -> tuple[Route, ...]:
-    """Who gets a sender's frames of one identifier; remembered in ``sender.routes``."""
+    """Who gets a sender's frames of one identifier; remembered in ``sender.routes``.
+
+    A node that accepts an identifier it sends itself hears its own frame too, when it has gone
+    out: the transmit confirmation of a real controller.
+    """
     sender.routes[identifier] = routes = tuple(
         controller.route()
         for controller in controllers
-        if controller is not sender
-        and not controller.bus_off
-        and identifier in controller.node.accepts
+        if not controller.bus_off and identifier in controller.node.accepts
     )
     return routes

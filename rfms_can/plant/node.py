@@ -123,9 +123,7 @@ class PlantNode(Endpoint):
             for index, sender in enumerate(self._references):
                 latched = physics.latched_index_counts(index)
                 out.append(
-                    sender.frame(
-                        physics.coarse(index), latched or 0, int(latched is not None), low
-                    )
+                    sender.frame(physics.coarse(index), latched or 0, int(latched is not None), low)
                 )
 
     def _on_dac(self, index: int, dac: Dac) -> None:

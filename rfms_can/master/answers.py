@@ -1,0 +1,85 @@
+"""What a control cycle waits for, and who has answered: one bit for each frame.
+
+A cycle is over when everything has been heard, the master's own ROWS included (heard back when
+they have gone out, so that SYNC never names a set that is still in a queue).
+"""
+
+from typing import Final
+
+from rfms_can.master.phases import Phase
+from rfms_can.wire import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, NODE_NAMES, PLANT
+
+SILENCE_BOUND: Final = 3
+"""Consecutive cycles without an answer after which its node counts as lost (faults 11 and 13)."""
+
+_KINDS: Final = ("MEASURE", "REFERENCE", "ERROR", "DAC", "ROWS", "HEARTBEAT")
+_NODES: Final = 10
+
+
+def bit(kind: str, node: int) -> int:
+    """The bit of one frame, e.g. ``bit("DAC", 3)``."""
+    return 1 << (_KINDS.index(kind) * _NODES + node)
+
+
+def _bits(kind: str, nodes: tuple[int, ...]) -> int:
+    return sum(bit(kind, node) for node in nodes)
+
+
+_SERVOS: Final = (*JOINTS, GRIPPER)
+MEASURES: Final = _bits("MEASURE", JOINTS)
+REFERENCES: Final = _bits("REFERENCE", JOINTS)
+_BOARDS: Final = MEASURES | bit("MEASURE", GRIPPER) | _bits("ROWS", JOINTS)
+_BEATS: Final = _bits("HEARTBEAT", (*_SERVOS, MASTER, PLANT))
+
+EXPECTED: Final[dict[Phase, int]] = {
+    Phase.HOME: _BOARDS | REFERENCES | _bits("DAC", _SERVOS),
+    Phase.READY: _BOARDS,
+    Phase.RUN: _BOARDS | _bits("ERROR", JOINTS) | _bits("DAC", _SERVOS),
+    Phase.HALT: _BOARDS,
+    Phase.END: _BOARDS,
+}
+"""Frames of a cycle in each phase; heartbeats come on top when they are due."""
+
+
+class Answers:
+    """Frames the cycle under way still waits for.
+
+    Attributes:
+        missing: bits not heard yet; 0 when the cycle is complete.
+    """
+
+    __slots__ = ("_streaks", "missing")
+
+    def __init__(self) -> None:
+        self.missing = 0
+        self._streaks: dict[int, tuple[int, int]] = {}
+
+    def begin(self, phase: Phase, cycle: int) -> None:
+        """A new cycle: everything is missing."""
+        beats = 0 if cycle % HEARTBEAT_EVERY else _BEATS
+        self.missing = EXPECTED[phase] | beats
+
+    def unanswered(self, cycle: int) -> str | None:
+        """The cycle ended incomplete: who has been silent for too long, or None."""
+        lost = None
+        for position in range(self.missing.bit_length()):
+            one = 1 << position
+            if not self.missing & one:
+                continue
+            last, count = self._streaks.get(one, (cycle, 0))
+            count = count + 1 if last == cycle - 1 else 1
+            self._streaks[one] = (cycle, count)
+            if count >= SILENCE_BOUND and lost is None:
+                kind, node = divmod(position, _NODES)
+                sender = PLANT if _KINDS[kind] in ("MEASURE", "REFERENCE") else node
+                lost = f"{NODE_NAMES[sender]}: no {_KINDS[kind]}_{node} for {count} cycles"
+        return lost
+
+    def describe(self) -> str:
+        """Names of what is missing."""
+        names = []
+        for position in range(self.missing.bit_length()):
+            if self.missing & 1 << position:
+                kind, node = divmod(position, _NODES)
+                names.append(f"{_KINDS[kind]}_{node}")
+        return ", ".join(names)

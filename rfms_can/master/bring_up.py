@@ -1,0 +1,87 @@
+"""From power-up to configured nodes: roll call by heartbeats, then one dialogue with each node."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rfms_can.frame import Frame
+from rfms_can.master.configurator import Configurator
+from rfms_can.master.roster import Roster
+from rfms_can.protection import Sender
+from rfms_can.wire import NODE_NAMES, Wire
+from rfms_can.wire.records import Config, ConfigAck
+from rfms_can.wire.vocabulary import Command, Parameter
+
+
+class BringUp:
+    """Who is there, and whether each holds its configuration.
+
+    Args:
+        wire: compiled codecs.
+        parameters: configuration of nodes 1 to 7.
+        patience_s: how long a silent node is waited for, s.
+        nmt: the master's sender of NMT.
+
+    Attributes:
+        roster: the last heartbeat of every node.
+        senders: of CONFIG frames.
+        problem: why the bus cannot be brought up, or None.
+        retry_ns: time between two calls, ns.
+    """
+
+    retry_ns = 500_000_000
+
+    def __init__(
+        self,
+        wire: Wire,
+        parameters: Mapping[int, Mapping[Parameter, float]],
+        patience_s: float,
+        nmt: Sender[Any],
+    ) -> None:
+        self.roster = Roster(wire.dbc_hash)
+        self.problem: str | None = None
+        self.senders: list[Sender[Any]] = [wire.sender(Config, node) for node in parameters]
+        self._dialogues = {
+            node: Configurator(node, values, sender)
+            for (node, values), sender in zip(parameters.items(), self.senders, strict=True)
+        }
+        self._nmt = nmt
+        self._patience_ns = round(patience_s * 1e9)
+        self._until_ns: int | None = None
+        self._configuring = False
+
+    def call(self, now_ns: int) -> Sequence[Frame]:
+        """Ask those who are silent, again; in vain for too long is a problem."""
+        if self._until_ns is None:
+            self._until_ns = now_ns + self._patience_ns
+        if now_ns >= self._until_ns:
+            self.problem = self._whom_we_wait_for()
+            return ()
+        if not self._configuring:
+            return (self._nmt.frame(Command.ANNOUNCE, 0, 0),)
+        return [d.current() for d in self._dialogues.values() if not d.done]
+
+    def _whom_we_wait_for(self) -> str:
+        if not self._configuring:
+            absent = ", ".join(self.roster.absent())
+            return f"not on the bus: {absent}; start them, or look at their own error messages"
+        silent = ", ".join(NODE_NAMES[n] for n, d in self._dialogues.items() if not d.done)
+        return f"no answer to CONFIG from {silent}"
+
+    def configure(self, now_ns: int) -> Sequence[Frame]:
+        """All are present: open the dialogues."""
+        self._configuring = True
+        self._until_ns = now_ns + self._patience_ns
+        return [dialogue.current() for dialogue in self._dialogues.values()]
+
+    def acknowledge(self, node: int, ack: ConfigAck) -> Sequence[Frame]:
+        """Take a node's acknowledgement; the next frame for it."""
+        dialogue = self._dialogues[node]
+        following = dialogue.acknowledge(ack)
+        if dialogue.problem:
+            self.problem = dialogue.problem
+        return () if following is None else (following,)
+
+    @property
+    def configured(self) -> bool:
+        """Whether every node has confirmed its configuration."""
+        return all(dialogue.done for dialogue in self._dialogues.values())

@@ -1,0 +1,122 @@
+"""Motion: what programs ask for, and the set-point of the next cycle, checked before it is sent."""
+
+from collections.abc import Sequence
+
+from rfms_can.arm import Arm
+from rfms_can.cartesian_setpoint import CartesianSetpoint
+from rfms_can.errors import KinematicsError, MoveError, ProgramError
+from rfms_can.kinematics import Configuration, configuration_of, direct, singularity_margins
+from rfms_can.master.commanded import CommandedTrajectory
+from rfms_can.master.segment import Move, whole_ticks
+from rfms_can.master.trajectory import TrajectoryGenerator
+from rfms_can.master.world import WorldModel
+from rfms_can.messages import (
+    Message,
+    ModeMessage,
+    MoveRequest,
+    PositionMessage,
+    StopRequest,
+    TransformMessage,
+)
+from rfms_can.wire.vocabulary import Blend
+
+WRIST_MARGIN = 1e-3
+"""|sin theta5| under which an arm is not enabled: nodes could not tell theta4 from theta6."""
+
+
+class Motion:
+    """Trajectory generator, its shadow of the six joints, and the world model.
+
+    Attributes:
+        generator: the supervisor's half of the trajectory generator.
+        commanded: the commanded trajectory, in double precision.
+        world: symbol tables.
+    """
+
+    def __init__(self, arm: Arm, period_s: float, blend: Blend) -> None:
+        self._arm = arm
+        self._period = period_s
+        self.commanded = CommandedTrajectory(arm, period_s)
+        self.generator = TrajectoryGenerator(period_s, blend, self.commanded.admit)
+        self._sequence = 0
+        self.world = WorldModel(Configuration(True, True, True))
+
+    def enable(self, q: Sequence[float]) -> None:
+        """Hold where the encoders say the arm is (rad); moves start from there.
+
+        Raises:
+            KinematicsError: the wrist is singular there.
+        """
+        arm = self._arm
+        margin = singularity_margins(arm, q).wrist
+        if abs(margin) < WRIST_MARGIN:
+            raise KinematicsError(
+                f"{arm.name}: wrist singularity: sin(theta5) = {margin:.3g}, enabling needs "
+                f"{WRIST_MARGIN:g} or more; move joint 5 away from zero first"
+            )
+        configuration = configuration_of(arm, q)
+        self.world.configuration = configuration
+        self.generator.enable(direct(arm, q), configuration)
+        self.commanded.reset(q)
+
+    def handle(self, message: Message) -> int:
+        """Do what a program asks; a move's answer is its sequence number, others answer 0.
+
+        Raises:
+            ProgramError: the request is refused; nothing has changed.
+        """
+        match message:
+            case TransformMessage():
+                self.world.define_transform(message)
+            case PositionMessage():
+                self.world.define_position(message)
+            case ModeMessage():
+                self.world.define_mode(message)
+            case MoveRequest():
+                return self._move(message)
+            case StopRequest():
+                self.generator.stop()
+            case _:
+                raise ProgramError(f"{type(message).__name__} is no request for motion")
+        return 0
+
+    def _move(self, request: MoveRequest) -> int:
+        position = self.world.position(request.position)
+        mode = self.world.mode(request.mode)
+        sequence = self._sequence + 1
+        move = Move(
+            sequence,
+            position.goal,
+            mode.mode,
+            whole_ticks(mode.segment_time, self._period),
+            whole_ticks(mode.acceleration_time, self._period),
+            position.configuration,
+        )
+        try:
+            self.generator.request(move)
+        except (MoveError, KinematicsError) as error:
+            raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error
+        self._sequence = sequence
+        return sequence
+
+    def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
+        """The set-point of the next cycle, and why it must not be sent, or None."""
+        generator = self.generator
+        if generator.stopped:
+            self.enable(self.commanded.theta)
+        setpoint = generator.tick()
+        return setpoint, self.commanded.check(setpoint)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the arm is commanded to move in the set-point made last."""
+        return any(self.commanded.rate)
+
+    def is_over(self, sequence: int) -> bool:
+        """Whether a move is complete: at rest at its goal, or handed over to the next."""
+        return self.generator.completed >= sequence
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing moves and nothing waits."""
+        return self.generator.at_rest
