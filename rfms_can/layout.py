@@ -47,11 +47,11 @@ class Layout:
         Raises:
             DbcError: a signal is of a kind the generated text would move wrongly.
         """
+        _require_supported(message.name, signals, offset * 8)
         layout = cls(offset, signals)
         position, index = offset * 8, 0  # first free bit, always a whole byte; next signal
         while index < len(signals):
             signal = signals[index]
-            _require_supported(message.name, signal, position)
             start = signal.start // 8 * 8
             layout._skip((start - position) // 8)
             code = "f" if signal.is_float else _STRUCT_CODES.get((signal.length, signal.is_signed))
@@ -142,21 +142,27 @@ def is_scaled(signal: Signal) -> bool:
     return bool(signal.conversion.scale != 1 or signal.conversion.offset != 0)
 
 
-def _require_supported(message: str, signal: Signal, position: int) -> None:
-    """Refuse what the generated text would move wrongly; ``position``: first free bit."""
-    name = f"{message}.{signal.name}"
-    if signal.byte_order != "little_endian":
-        raise DbcError(f"{name}: only little-endian signals are used")
-    if signal.start < position:
-        raise DbcError(f"{name}: bit {signal.start} is taken; signals must not overlap")
-    if signal.is_float and (signal.length != 32 or signal.start % 8 or is_scaled(signal)):
-        raise DbcError(f"{name}: floats must be 32 bits, begin a byte, and have scale 1, offset 0")
-    if not signal.is_float:
-        least = -(1 << signal.length - 1) if signal.is_signed else 0
-        scale, offset = signal.conversion.scale, signal.conversion.offset
-        low, high = (round((bound - offset) / scale) for bound in bounds(signal))
-        if not least <= low <= high < least + (1 << signal.length):
+def _require_supported(message: str, signals: list[Signal], free: int) -> None:
+    """Refuse what the generated text would move wrongly; ``free``: first bit behind the header."""
+    for signal in signals:
+        name = f"{message}.{signal.name}"
+        if signal.byte_order != "little_endian":
+            raise DbcError(f"{name}: only little-endian signals are used")
+        if signal.start < free:
+            raise DbcError(f"{name}: bit {signal.start} is taken; signals must not overlap")
+        if signal.is_float and (signal.length != 32 or signal.start % 8 or is_scaled(signal)):
+            raise DbcError(f"{name}: floats must be 32 bits, begin a byte, have scale 1, offset 0")
+        if not signal.is_float and not _holds_range(signal):
             raise DbcError(f"{name}: {signal.length} bits cannot hold its range; make it narrower")
+        free = signal.start + signal.length
+
+
+def _holds_range(signal: Signal) -> bool:
+    """Whether the bits of an integer can say every value of its range."""
+    least = -(1 << signal.length - 1) if signal.is_signed else 0
+    scale, offset = signal.conversion.scale, signal.conversion.offset
+    low, high = (round((bound - offset) / scale) for bound in bounds(signal))
+    return least <= low <= high < least + (1 << signal.length)
 
 
 def _raw_of(signal: Signal) -> str:

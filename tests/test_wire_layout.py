@@ -75,6 +75,32 @@ def test_scale_and_offset_move_as_in_cantools(raw: int) -> None:
     assert codec.unpack(bytes(buffer)) == tuple(values.values())
 
 
+def test_floats_and_bytes_behind_bits_move_as_in_cantools() -> None:
+    message = message_of(
+        'flag : 0|1@1+ (1,0) [0|1] ""',
+        'torque : 8|32@1- (1,0) [-8|8] "Nm"',
+        'code : 44|12@1- (1,0) [-2048|2047] ""',
+        'count : 56|32@1+ (1,0) [0|4294967295] ""',
+        attributes="SIG_VALTYPE_ 1 torque : 1;",
+    )
+    values = {"flag": 1, "torque": -1.25, "code": -2048, "count": 0xDEADBEEF}
+    codec, buffer = compile_all(message, *values), bytearray(b"\xff" * 64)
+    codec.pack_into(buffer, *values.values())
+    assert bytes(buffer) == message.encode(values)
+    assert codec.unpack(bytes(buffer)) == tuple(values.values())
+
+
+@pytest.mark.parametrize("first", ['flag : 0|1@1+ (1,0) [0|1] ""', 'flag : 0|8@1+ (1,0) [0|1] ""'])
+def test_a_signal_is_checked_wherever_it_stands(first: str) -> None:
+    with pytest.raises(DbcError, match=r"M\.x: 3 bits cannot hold its range"):
+        compile_all(message_of(first, 'x : 12|3@1+ (1,0) [0|8] ""'), "flag", "x")
+    with pytest.raises(DbcError, match=r"M\.x: 3 bits cannot hold its range"):
+        compile_all(
+            message_of(first, 'y : 8|2@1+ (1,0) [0|3] ""', 'x : 10|3@1+ (1,0) [0|8] ""'),
+            *("flag", "y", "x"),
+        )
+
+
 def test_names_of_the_generated_text_cannot_be_hidden() -> None:
     names = ("buffer", "data", "layout", "new", "record", "refuse", "word0")
     message = message_of(
