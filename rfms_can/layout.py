@@ -162,7 +162,7 @@ def _holds_range(signal: Signal) -> bool:
     least = -(1 << signal.length - 1) if signal.is_signed else 0
     scale, offset = signal.conversion.scale, signal.conversion.offset
     low, high = (round((bound - offset) / scale) for bound in bounds(signal))
-    return least <= low <= high < least + (1 << signal.length)
+    return bool(least <= low <= high < least + (1 << signal.length))
 
 
 def _raw_of(signal: Signal) -> str:
