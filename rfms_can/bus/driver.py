@@ -1,0 +1,185 @@
+"""A process' port on the bus its URL names; python-can opens SocketCAN and foreign interfaces.
+
+Bus URLs are explained in ``url.py``, what then drives a node on its port in ``node_driver.py``.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, Final
+
+import can
+
+from rfms_can.bus.hub_port import HubPort
+from rfms_can.bus.node_driver import NodeDriver, run_node
+from rfms_can.bus.port import LONGEST_WAIT_S, OnForeign, Port
+from rfms_can.bus.socketcan_port import SocketCanPort
+from rfms_can.bus.url import HUB, SIM, SOCKETCAN, BusUrl, parse_bus_url
+from rfms_can.errors import BusError, FrameError
+from rfms_can.frame import MAX_ID, Frame
+
+_OPENING_FAILS: Final = (
+    can.CanError,
+    OSError,
+    ValueError,
+    TypeError,
+    ImportError,
+    AttributeError,
+    NotImplementedError,
+)
+"""What interfaces were seen to raise for a channel, option or driver that is not there."""
+
+__all__ = ["NodeDriver", "PythonCanPort", "open_port", "run_node"]
+
+
+def open_port(
+    url: str, accepts: frozenset[int], *, client: str = "", on_foreign: OnForeign | None = None
+) -> Port:
+    """A port on the bus a URL names.
+
+    Args:
+        url: see ``url.py``; not ``sim``, which has no ports.
+        accepts: identifiers to hear.
+        client: what a hub calls this port in its statistics.
+        on_foreign: called for each frame that is no data frame with an 11-bit identifier.
+
+    Raises:
+        BusError: the URL is none, or the bus is not there; the message says what to do.
+    """
+    bus = parse_bus_url(url)
+    if bus.interface == SIM:
+        raise BusError(
+            "bus 'sim' exists within one process: nodes of their own processes meet on a hub "
+            "(rfms hub NAME, then hub:NAME) or on a CAN interface"
+        )
+    if bus.interface == HUB:
+        return HubPort(bus.channel, accepts, client=client, on_foreign=on_foreign)
+    if bus.interface == SOCKETCAN:
+        return _open_socketcan(bus, accepts, on_foreign)
+    return PythonCanPort(_open_python_can(bus), url, accepts, on_foreign)
+
+
+def _open_socketcan(
+    bus: BusUrl, accepts: frozenset[int], on_foreign: OnForeign | None
+) -> SocketCanPort:
+    # this class by name: can.Bus would read configuration files that may redirect it
+    from can.interfaces.socketcan import SocketcanBus  # noqa: PLC0415 (Linux only)
+
+    device = bus.channel
+    # one exact filter an identifier; extended frames of the same number do not pass
+    filters: list[can.typechecking.CanFilter] = [
+        {"can_id": identifier, "can_mask": MAX_ID, "extended": False}
+        for identifier in sorted(accepts)
+    ]
+    try:
+        opened = SocketcanBus(device, fd=True, can_filters=filters)
+    except OSError as error:
+        raise BusError(
+            f"bus '{bus}' is not there ({error.strerror}): make it with 'ip link add {device} "
+            f"type vcan; ip link set {device} mtu 72 up', or use hub:NAME where the kernel has "
+            f"no CAN"
+        ) from error
+    return SocketCanPort(opened.socket, device, on_foreign, opened.shutdown)
+
+
+def _open_python_can(bus: BusUrl) -> can.BusABC:
+    arguments: dict[str, Any] = {"fd": True, **bus.options}
+    try:
+        return can.Bus(
+            channel=bus.channel, interface=bus.interface, ignore_config=True, **arguments
+        )
+    except _OPENING_FAILS as error:
+        known = ", ".join(sorted(can.VALID_INTERFACES))
+        raise BusError(
+            f"bus '{bus}' cannot be opened: {error}. Check the channel, the device and its "
+            f"driver; python-can's interfaces are {known}"
+        ) from error
+
+
+class PythonCanPort:
+    """A ``Port`` on any interface of python-can, by its own ``send`` and ``recv``.
+
+    Args:
+        bus: the opened bus; the port closes it.
+        url: what error messages call it.
+        accepts: identifiers to hear. They are picked here: with python-can's own filters a
+            frame that is not wanted would end a ``recv`` that does not wait.
+        on_foreign: called for each frame that is none for nodes.
+
+    Attributes:
+        statistics: counts, see ``Port``.
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        url: str,
+        accepts: frozenset[int],
+        on_foreign: OnForeign | None = None,
+    ) -> None:
+        self._bus = bus
+        self._url = url
+        self._accepts = accepts
+        self._on_foreign = on_foreign
+        self.statistics: Counter[str] = Counter()
+
+    def send(self, frames: Sequence[Frame]) -> None:
+        """Send frames; one the interface does not take is counted."""
+        for frame in frames:
+            message = can.Message(
+                arbitration_id=frame.id,
+                is_extended_id=False,
+                data=frame.data,
+                is_fd=frame.fd,
+                bitrate_switch=frame.fd,
+            )
+            try:
+                self._bus.send(message)
+            except can.CanOperationError:
+                self.statistics["tx_overflow"] += 1
+            except (can.CanError, OSError) as error:
+                raise self._gone(error) from error
+            else:
+                self.statistics["sent"] += 1
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        """The next frame, None if none came in time; see ``Port``."""
+        while True:
+            try:
+                message = self._bus.recv(min(timeout_s, LONGEST_WAIT_S))
+            except (can.CanError, OSError) as error:
+                raise self._gone(error) from error
+            if message is None:
+                return None
+            timeout_s = 0.0
+            frame = _as_frame(message)
+            if frame is None:
+                self._count_foreign("error" if message.is_error_frame else "not 11-bit data")
+            elif frame.id in self._accepts:
+                self.statistics["received"] += 1
+                return frame
+
+    def _count_foreign(self, kind: str) -> None:
+        self.statistics["error_frames" if kind == "error" else "foreign"] += 1
+        if self._on_foreign is not None:
+            self._on_foreign(kind)
+
+    def fileno(self) -> int:
+        """The interface's descriptor; -1 if it has none."""
+        return self._bus.fileno()
+
+    def close(self) -> None:
+        """Close the bus."""
+        self._bus.shutdown()
+
+    def _gone(self, error: Exception) -> BusError:
+        return BusError(f"bus '{self._url}' has gone ({error}): check the device and start again")
+
+
+def _as_frame(message: can.Message) -> Frame | None:
+    """A python-can message as a frame; None if it is no data frame with an 11-bit identifier."""
+    if message.is_error_frame or message.is_extended_id or message.is_remote_frame:
+        return None
+    try:
+        return Frame(message.arbitration_id, bytes(message.data), message.is_fd)
+    except FrameError:
+        return None
