@@ -20,9 +20,9 @@ def end_ns(frame: Frame, start_ns: int = 0) -> int:
     return start_ns + TIMING.exact_ns(frame) - INTERMISSION_NS
 
 
-def test_a_frame_arrives_at_the_end_of_its_own_bit_time_and_not_at_its_sender() -> None:
+def test_a_frame_arrives_at_the_end_of_its_own_bit_time_where_it_is_accepted() -> None:
     bus, frame = SimulatedBus(TIMING), Frame(0x123, bytes(64))
-    talker = Talker("talker", [frame], accepts=EVERYTHING)
+    talker = Talker("talker", [frame], accepts=EVERYTHING - {0x123})
     listener = Listener("listener", EVERYTHING)
     deaf = Listener("deaf", frozenset({0x124}))
     for node in (talker, listener, deaf):
@@ -32,6 +32,14 @@ def test_a_frame_arrives_at_the_end_of_its_own_bit_time_and_not_at_its_sender() 
     assert talker.heard == deaf.heard == []
     assert bus.statistics.busy_ns == TIMING.exact_ns(frame)
     assert bus.statistics.load(bus.now_ns) == pytest.approx(TIMING.exact_ns(frame) / 1e6)
+
+
+def test_a_sender_that_accepts_its_own_identifier_hears_when_the_frame_has_gone_out() -> None:
+    bus, frame = SimulatedBus(TIMING), Frame(0x123, bytes(64))
+    talker = Talker("talker", [frame], accepts=EVERYTHING)
+    bus.attach(talker)
+    bus.run_until(1_000_000)
+    assert talker.heard == [(end_ns(frame), frame)]
 
 
 def test_worst_case_mode_stuffs_every_frame_fully() -> None:
@@ -217,7 +225,8 @@ def test_disturbances_lose_alter_delay_and_repeat_frames() -> None:
 def test_identical_emergency_stops_at_once_are_one_frame_and_both_are_sent() -> None:
     stop = Frame(0x000, b"STOP")
     bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)
-    talkers = [Talker(f"talker {i}", [stop], accepts=EVERYTHING) for i in range(2)]
+    others = EVERYTHING - {0x000}
+    talkers = [Talker(f"talker {i}", [stop], accepts=others) for i in range(2)]
     ports = [bus.attach(talker) for talker in talkers]
     bus.attach(listener)
     bus.run_until(1_000_000)

@@ -1,0 +1,73 @@
+"""A candump log (``candump -L`` form): what canplayer, python-can and cantools read."""
+
+from pathlib import Path
+from typing import TextIO
+
+from rfms_can.frame import Frame
+
+_FLAGS_BRS = "1"
+
+
+def log_line(time_ns: int, channel: str, frame: Frame) -> str:
+    """One line, newline included; CAN FD frames carry the bit-rate-switch flag."""
+    seconds, rest = divmod(time_ns, 1_000_000_000)
+    mark = "##" + _FLAGS_BRS if frame.fd else "#"
+    data = frame.data.hex().upper()
+    return f"({seconds}.{rest // 1000:06d}) {channel} {frame.id:03X}{mark}{data}\n"
+
+
+class CandumpWriter:
+    """Writes frames to a log; losing the disk loses the log and nothing else.
+
+    Args:
+        path: file to write.
+        channel: interface name in the log.
+        origin_ns: added to every time.
+
+    Attributes:
+        lost: whether writing failed and the rest of the log is missing.
+    """
+
+    def __init__(self, path: Path, channel: str, origin_ns: int = 0) -> None:
+        self._file: TextIO | None = path.open("w", encoding="ascii", buffering=1 << 20)
+        self._channel = channel
+        self._origin_ns = origin_ns
+        self.lost = False
+
+    def write(self, time_ns: int, frame: Frame) -> None:
+        """Append a frame."""
+        if self._file is None:
+            return
+        try:
+            self._file.write(log_line(self._origin_ns + time_ns, self._channel, frame))
+        except OSError:
+            self._file, self.lost = None, True
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self._file is None:
+            return
+        try:
+            self._file.close()
+        except OSError:
+            self.lost = True
+        self._file = None
+
+
+def read_candump(path: Path) -> list[tuple[float, Frame]]:
+    """Times (s) and frames of a candump log.
+
+    Raises:
+        ValueError: a line is none of a candump log.
+    """
+    frames = []
+    for number, line in enumerate(path.read_text(encoding="ascii").splitlines(), 1):
+        try:
+            stamp, _, text, *_ = line.split()
+            identifier, _, rest = text.partition("#")
+            fd = rest.startswith("#")
+            data = bytes.fromhex(rest[2:] if fd else rest)
+            frames.append((float(stamp.strip("()")), Frame(int(identifier, 16), data, fd)))
+        except ValueError as error:
+            raise ValueError(f"{path}, line {number}: no candump line: {line[:60]!r}") from error
+    return frames

@@ -1,0 +1,102 @@
+"""A program's link to a supervisor in its own process: time goes on only while it waits."""
+
+from collections.abc import Callable
+
+from rfms_can.errors import FaultError
+from rfms_can.kinematics import direct
+from rfms_can.master.phases import Phase
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.messages import GripperRequest, Message
+from rfms_can.transform import Transform
+
+JAW_REST_CYCLES = 12
+"""Cycles without a count from the jaw's encoder that mean it rests."""
+
+Pump = Callable[[Callable[[], bool]], None]
+"""Runs the bus until a condition holds; asks it after every event."""
+
+
+class DirectLink:
+    """``coordinator.Link`` on a supervisor.
+
+    Args:
+        supervisor: the master.
+        pump: runs the bus.
+        on_cycle: called once for every closed cycle.
+    """
+
+    def __init__(
+        self, supervisor: Supervisor, pump: Pump, on_cycle: Callable[[], None]
+    ) -> None:
+        self._supervisor = supervisor
+        self._pump = pump
+        self._on_cycle = on_cycle
+        self._closed = supervisor.closed
+        self._jaw_counts = 0
+        self._jaw_still = 0
+
+    def pass_time(self, condition: Callable[[], bool]) -> None:
+        """Let time go on until a condition holds, whatever happens to the run."""
+        supervisor = self._supervisor
+
+        def held() -> bool:
+            if supervisor.closed != self._closed:
+                self._closed = supervisor.closed
+                self._watch_jaw()
+                self._on_cycle()
+            return condition()
+
+        self._pump(held)
+
+    def run_until(self, condition: Callable[[], bool]) -> None:
+        """Let time go on until a condition holds; a halted run raises ``FaultError``."""
+        supervisor = self._supervisor
+        self.pass_time(lambda: supervisor.fault is not None or condition())
+        if supervisor.fault is not None:
+            raise FaultError(supervisor.fault)
+
+    def request(self, message: Message) -> int:
+        """Hand a message to the supervisor."""
+        answer = self._supervisor.handle(message)
+        if isinstance(message, GripperRequest):
+            self._jaw_still = 0
+        return answer
+
+    def _watch_jaw(self) -> None:
+        counts = self._supervisor.arm_state.jaw_counts
+        still = abs(counts - self._jaw_counts) <= 1
+        self._jaw_still = self._jaw_still + 1 if still else 0
+        self._jaw_counts = counts
+
+    def is_over(self, sequence: int) -> bool:
+        """Whether a move is complete."""
+        return self._supervisor.motion.is_over(sequence)
+
+    def at_rest(self) -> bool:
+        """Whether the arm rests and no move waits."""
+        return self._supervisor.motion.at_rest
+
+    def jaw_rests(self) -> bool:
+        """Whether the jaw has not moved for a while."""
+        return self._jaw_still >= JAW_REST_CYCLES
+
+    def cycle(self) -> int:
+        """Control cycles since the arm was enabled."""
+        return self._supervisor.statistics.cycles
+
+    def period_s(self) -> float:
+        """Control period, s."""
+        return self._supervisor.settings.period_ns * 1e-9
+
+    def joints(self) -> tuple[float, ...]:
+        """Measured joint angles, rad (6)."""
+        return tuple(self._supervisor.arm_state.q)
+
+    def t6(self) -> Transform:
+        """Measured T6."""
+        return direct(self._supervisor.arm, self._supervisor.arm_state.q)
+
+    @property
+    def running(self) -> bool:
+        """Whether the arm is enabled."""
+        return self._supervisor.phase is Phase.RUN

@@ -1,0 +1,30 @@
+"""Makes the node of a number, as a run's settings have it."""
+
+from rfms_can.joint_nodes.gripper import GripperNode
+from rfms_can.joint_nodes.joint import JointNode
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.plant.node import PlantNode
+from rfms_can.plant.physics import PlantPhysics
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import GRIPPER, Wire
+
+
+def make_joint(joint: int, settings: RunSettings, wire: Wire) -> JointNode:
+    """Joint node 1 to 6."""
+    return JointNode(joint, wire, settings.boot_id(joint))
+
+
+def make_gripper(settings: RunSettings, wire: Wire) -> GripperNode:
+    """Node 7."""
+    return GripperNode(wire, settings.boot_id(GRIPPER))
+
+
+def make_master(settings: RunSettings, wire: Wire) -> Supervisor:
+    """Node 8."""
+    return Supervisor(settings.the_arm, wire, settings.boot_id(8), settings.master())
+
+
+def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:
+    """Node 9."""
+    physics = PlantPhysics(settings.the_arm, settings.friction, settings.rate)
+    return PlantNode(physics, wire, settings.boot_id(9), settings.period_ns, settings.barrier_ns)

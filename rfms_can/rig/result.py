@@ -1,0 +1,91 @@
+"""What a run amounted to: the table at its end, and ``summary.json``."""
+
+from typing import Any
+
+import msgspec
+
+from rfms_can.arm import Arm
+from rfms_can.master.statistics import RunStatistics, Tracking
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.wire import JOINTS
+
+
+class JointResult(msgspec.Struct, frozen=True):
+    """One joint's tracking: largest and rms error while moving and at rest, rad."""
+
+    joint: int
+    moving_max: float
+    moving_rms: float
+    resting_max: float
+    resting_max_counts: float
+
+
+class RunResult(msgspec.Struct, frozen=True):
+    """Numbers of a run.
+
+    Attributes:
+        fault: why it was halted, or None.
+        cycles: control cycles while enabled.
+        incomplete: cycles that ended before all had answered (deadline misses).
+        missing: frames that were missing in them.
+        joints: tracking.
+        frames: frames on the bus, all phases.
+        bus_load: measured, part of the bus time; None where the bus tells none.
+        bus_bound: worst-case load of the same cycle, part of the bus time.
+        discarded: frames refused, by node.
+        lost: frames missed by the master, by gaps of their counters.
+        lateness: histogram of late SYNCs (real time only).
+        wall_s: wall-clock time of the enabled part, s.
+    """
+
+    fault: str | None
+    cycles: int
+    incomplete: int
+    missing: dict[str, int]
+    joints: list[JointResult]
+    frames: int
+    bus_load: float | None
+    bus_bound: float | None
+    discarded: dict[str, int]
+    lost: int
+    lateness: list[int]
+    wall_s: float
+
+    @property
+    def cycles_per_s(self) -> float:
+        """Control cycles per second of wall-clock time."""
+        return self.cycles / self.wall_s if self.wall_s else 0.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        values: dict[str, Any] = msgspec.to_builtins(self)
+        return {**values, "cycles_per_s": self.cycles_per_s}
+
+
+def joint_results(arm: Arm, statistics: RunStatistics) -> list[JointResult]:
+    """Tracking of the six joints."""
+
+    def one(joint: int, moving: Tracking, resting: Tracking) -> JointResult:
+        counts_per_rad = abs(arm.drives[joint - 1].counts_per_radian)
+        return JointResult(
+            joint,
+            moving.largest,
+            moving.rms,
+            resting.largest,
+            resting.largest * counts_per_rad,
+        )
+
+    return [
+        one(joint, moving, resting)
+        for joint, moving, resting in zip(
+            JOINTS, statistics.moving, statistics.resting, strict=True
+        )
+    ]
+
+
+
+
+def discarded_frames(supervisor: Supervisor) -> dict[str, int]:
+    """Frames each node has discarded, as its last heartbeat says; the master's own count too."""
+    counts = supervisor.bring_up.roster.discarded()
+    return {**counts, supervisor.name: supervisor.discarded}

@@ -1,0 +1,120 @@
+"""What a run is made of; every field is a flag of ``rfms run`` and a key of the config file."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rfms_can.arm import Arm, arm_by_name, friction_set
+from rfms_can.bus.url import SIM, parse_bus_url
+from rfms_can.errors import RfmsError
+from rfms_can.master.supervisor import MasterSettings
+from rfms_can.plant.physics import physics_steps
+from rfms_can.wire.vocabulary import Blend, Clock
+
+
+
+class SettingsError(RfmsError, ValueError):
+    """A setting that does not exist, or two that exclude one another."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunSettings:
+    """Settings of one run.
+
+    Attributes:
+        arm: name of the arm.
+        bus: bus URL (``bus/url.py``).
+        clock: ``virtual``, ``lockstep`` or ``realtime``; by the bus if empty.
+        rate: control rate, Hz.
+        friction: friction set of the plant.
+        servo_friction: friction set the servos compensate; the plant's if empty.
+        blend: ``continuous`` or ``thesis``.
+        bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
+        barrier: longest lockstep cycle, s.
+        patience: how long nodes may take to appear, s.
+        seed: makes the boot ids.
+    """
+
+    arm: str = "puma260"
+    bus: str = SIM
+    clock: str = ""
+    rate: float = 250.0
+    friction: str = "corke"
+    servo_friction: str = ""
+    blend: str = "continuous"
+    bit_rate: int = 1_000_000
+    data_bit_rate: int = 5_000_000
+    barrier: float = 2.0
+    patience: float = 30.0
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        arm = arm_by_name(self.arm)
+        friction_set(arm, self.friction)
+        friction_set(arm, self.servo_friction or self.friction)
+        physics_steps(self.rate)
+        simulated = parse_bus_url(self.bus).interface == SIM
+        choice("clock", self.clock or "virtual", Clock)
+        choice("blend", self.blend, Blend)
+        if simulated and self.clock not in ("", "virtual"):
+            raise SettingsError(
+                f"clock {self.clock!r} needs processes on a hub or a CAN interface; bus 'sim' "
+                f"runs in virtual time"
+            )
+        if not simulated and self.clock == "virtual":
+            raise SettingsError(f"clock 'virtual' is of bus 'sim' alone; {self.bus} takes lockstep")
+        if self.barrier <= 0.0 or self.patience <= 0.0:
+            raise SettingsError("barrier and patience must be more than 0 s")
+
+    @property
+    def simulated(self) -> bool:
+        """Whether all nodes run in this process, in virtual time."""
+        return parse_bus_url(self.bus).interface == SIM
+
+    @property
+    def the_arm(self) -> Arm:
+        """The arm's data."""
+        return arm_by_name(self.arm)
+
+    @property
+    def the_clock(self) -> Clock:
+        """Who says when a cycle begins."""
+        return choice("clock", self.clock or ("virtual" if self.simulated else "lockstep"), Clock)
+
+    @property
+    def period_ns(self) -> int:
+        """Control period, ns."""
+        return round(1e9 / self.rate)
+
+    @property
+    def barrier_ns(self) -> int:
+        """Longest lockstep cycle, ns."""
+        return round(self.barrier * 1e9)
+
+    def boot_id(self, node: int) -> int:
+        """Boot id of a node: the same in every run with the same seed."""
+        return (self.seed << 8 | node) & 0xFFFFFFFF
+
+    def master(self) -> MasterSettings:
+        """The master's part of it."""
+        return MasterSettings(
+            rate_hz=self.rate,
+            clock=self.the_clock,
+            friction=self.servo_friction or self.friction,
+            blend=choice("blend", self.blend, Blend),
+            barrier_s=self.barrier,
+            patience_s=self.patience,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON and TOML."""
+        return asdict(self)
+
+
+def choice(what: str, word: str, kind: Any) -> Any:
+    """The member of an enumeration that a lower-case word names."""
+    words = {member.name.lower(): member for member in kind}
+    if word not in words:
+        raise SettingsError(f"{what} {word!r} does not exist; there are: {', '.join(words)}")
+    return words[word]
+
+
