@@ -247,6 +247,20 @@ def test_different_frames_of_one_identifier_collide_until_the_loser_is_error_pas
     assert (recessive.tec, dominant.tec) == (128 + 8 - 1, 128 - 1)
 
 
+def test_a_node_that_keeps_losing_its_identifier_to_another_ends_bus_off() -> None:
+    bus = SimulatedBus(TIMING)
+    loser = Talker("loser", [Frame(0x80, b"\xff")], 10_000_000, 50, accepts=EVERYTHING)
+    port = bus.attach(loser)
+    winner = bus.attach(Talker("winner", [Frame(0x80, b"\x00")], 10_000_000, 50))
+    bus.run_until(400_000_000)
+    assert port.bus_off
+    assert not winner.error_passive
+    heard = len(loser.heard)
+    bus.run_until(500_000_000)
+    assert (len(loser.heard), port.pending) == (heard, 0)
+    assert bus.statistics.collisions == 16
+
+
 def test_a_detached_node_is_silent_and_unhearing_and_its_frame_ends_in_an_error() -> None:
     bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)
     dying = Talker("dying", [Frame(1, bytes(64))], 1_000_000, 5, accepts=EVERYTHING)

@@ -51,7 +51,9 @@ class Medium:
         "_errors_seen",
         "_failed",
         "_intermission_ns",
+        "_losers",
         "_nominal_ns",
+        "_on_bus_off",
         "_serial",
         "_start_ns",
         "_suspended_until_ns",
@@ -65,7 +67,12 @@ class Medium:
     )
 
     def __init__(
-        self, timing: BusTiming, start_ns: int, worst_case: bool, disturber: Disturber | None
+        self,
+        timing: BusTiming,
+        start_ns: int,
+        worst_case: bool,
+        disturber: Disturber | None,
+        on_bus_off: Callable[[], None],
     ) -> None:
         self.statistics = BusStatistics(since_ns=start_ns)
         self.pending: list[Entry] = []
@@ -81,7 +88,9 @@ class Medium:
             if worst_case
             else timing.exact_ns
         )
-        self._failed: tuple[Entry, ...] = ()
+        self._on_bus_off = on_bus_off
+        self._failed: tuple[Entry, ...] = ()  # what an error flag destroys
+        self._losers: tuple[Controller, ...] = ()  # who sent one identifier and lost silently
         self._serial = 0
         self._errors_seen = False  # until then no error counter can be other than zero
         self._suspended_until_ns = start_ns
@@ -128,7 +137,7 @@ class Medium:
             self._count_error(controllers)
             return None
         entry[3].pending -= 1
-        if self.twins or self._errors_seen:
+        if self.twins or self._errors_seen:  # losers are error-passive: errors were seen
             self._count_success(entry, controllers)
         self.statistics.count_frame(entry[0], self.idle_ns - self._start_ns, self.end_ns - entry[2])
         return entry
@@ -174,9 +183,7 @@ class Medium:
             self.statistics.collisions += 1
         else:
             self.twins = tuple(e for e in entries if e[4] == winner[4] and e is not winner)
-            for entry in losers:
-                entry[3].transmit_failed()
-                self._suspend(entry[3])
+            self._losers = tuple(entry[3] for entry in losers)
         leaving = self._failed or (winner, *self.twins)
         # identity of entries is their serial number
         gone = {entry[1] for entry in leaving}
@@ -186,7 +193,7 @@ class Medium:
 
     def _count_error(self, controllers: Sequence[Controller]) -> None:
         """Move the error counters after an error frame; requeue what was destroyed."""
-        failed, self._failed, self.twins = self._failed, (), ()
+        failed, self._failed, self.twins, self._losers = self._failed, (), (), ()
         self.disturbance = None
         self._errors_seen = True
         self.statistics.error_frames += 1
@@ -196,25 +203,31 @@ class Medium:
             if controller not in senders and not controller.bus_off:
                 controller.receive_failed()
         for entry in failed:
-            controller = entry[3]
-            controller.transmit_failed()
-            if controller.bus_off:
-                self.drop(controller)
-            else:
-                heappush(self.pending, entry)
-                self._suspend(controller)
+            heappush(self.pending, entry)
+            self._count_transmit_error(entry[3])
 
     def _count_success(self, entry: Entry, controllers: Sequence[Controller]) -> None:
         """Move the error counters after a frame that was sent, by one controller or several."""
+        losers, self._losers = self._losers, ()
         for twin in self.twins:
             twin[3].pending -= 1
         senders = [entry[3], *(twin[3] for twin in self.twins)]
         for controller in controllers:
-            if controller not in senders:
+            if controller in losers:
+                self._count_transmit_error(controller)
+            elif controller not in senders:
                 controller.received()
             elif controller.tec:
                 controller.tec -= 1
                 self._suspend(controller)
+
+    def _count_transmit_error(self, controller: Controller) -> None:
+        controller.transmit_failed()
+        if controller.bus_off:
+            self.drop(controller)
+            self._on_bus_off()
+        else:
+            self._suspend(controller)
 
     def _suspend(self, controller: Controller) -> None:
         """Make an error-passive sender wait eight bits longer than the others."""

@@ -65,7 +65,9 @@ class SimulatedBus:
         self.timing = timing or BusTiming()
         self.now_ns = start_ns
         self.observers: list[Observer] = []
-        self._medium = Medium(self.timing, start_ns, worst_case, disturber)
+        self._medium = Medium(
+            self.timing, start_ns, worst_case, disturber, on_bus_off=self._forget_routes
+        )
         self._controllers: list[Controller] = []
         self._deadlines: list[int] = [NEVER]  # first of what is put off, then by controller
         self._put_off: list[tuple[int, int, Callable[[], None]]] = []  # heap
@@ -179,8 +181,7 @@ class SimulatedBus:
         self.now_ns = now_ns = medium.end_ns
         entry = medium.finish(self._controllers)
         if entry is None:
-            self._forget_routes()  # a controller may have gone bus-off
-            return
+            return  # an error frame
         sender, frame = entry[3], entry[4]
         if medium.disturbance is not None or medium.twins:
             self._finish_specially(sender, frame)

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from itertools import product
 from typing import Annotated, Any
 
 import typer
@@ -75,25 +76,17 @@ def as_plain(result: Budget) -> dict[str, Any]:
 def alternatives(rate_hz: float) -> list[dict[str, Any]]:
     """Load and highest rate for other bit rates, ways of sending rows and splits of the traffic."""
     lines = []
-    for name, nominal, data in ALTERNATIVES:
-        for rows in Rows:
-            for separate in (False, True):
-                shares = (Traffic.CONTROL, Traffic.PLANT) if separate else (Traffic.BOTH,)
-                line: dict[str, Any] = {"bus": name, "rows": rows.value, "separate": separate}
-                for cycle in Cycle:
-                    timing = BusTiming(nominal, data)
-                    busiest = max(
-                        load(
-                            contract_streams(
-                                rate_hz, timing, rows=rows, traffic=share, cycle=cycle
-                            ),
-                            timing,
-                        )
-                        for share in shares
-                    )
-                    line[f"{cycle}_load"] = busiest
-                    line[f"{cycle}_max_rate_hz"] = rate_hz * TARGET_LOAD / busiest
-                lines.append(line)
+    for (name, nominal, data), rows, separate in product(ALTERNATIVES, Rows, (False, True)):
+        timing = BusTiming(nominal, data)
+        line: dict[str, Any] = {"bus": name, "rows": rows.value, "separate": separate}
+        for cycle in Cycle:
+            busiest = max(
+                load(contract_streams(rate_hz, timing, rows=rows, traffic=t, cycle=cycle), timing)
+                for t in ((Traffic.CONTROL, Traffic.PLANT) if separate else (Traffic.BOTH,))
+            )
+            line[f"{cycle}_load"] = busiest
+            line[f"{cycle}_max_rate_hz"] = rate_hz * TARGET_LOAD / busiest
+        lines.append(line)
     return lines
 
 
