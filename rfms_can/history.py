@@ -1,24 +1,25 @@
 """Derivatives of a sampled angle at its newest sample, or one period later.
 
-Least-squares polynomials through the last samples, evaluated at the end of the window
-(Savitzky and Golay): T6 travels as float32, which leaves about 3e-8 rad of noise on a joint angle,
-and a plain third difference at 4 ms turns that into 2 rad/s3.
+Least-squares polynomials through the last samples, evaluated at the end of the window (Savitzky
+and Golay). T6 travels as float32, which leaves about 3e-8 rad of noise on a joint angle; a plain
+third difference at 4 ms turns that into 2 rad/s3, and a transition carries an error of jerk on
+as a path error that grows with t_acc^3. So the window grows with the acceleration time.
 
-Chosen on the golden trajectories (Cartesian segment, moving goal; 5 ms), one period ahead, as the
-sum of what float32 noise and what the polynomial's degree leave of velocity, acceleration, jerk::
+On the golden trajectories (Cartesian segment, moving goal; 5 ms), one period ahead::
 
-    degree window   noise (rms)                bias (largest)
-    3       4       7.6e-5  1.4e-2  1.1        1.7e-6  4.7e-4  0.08     (plain differences)
-    3       8       1.3e-5  1.3e-3  0.06       8.0e-6  1.4e-3  0.14
-    3       10      8.7e-6  7.2e-4  0.03       1.4e-5  2.0e-3  0.17
-    4       8       3.8e-5  6.3e-3  0.61       2.2e-7  5.4e-5  0.009
-    4       10      2.2e-5  3.1e-3  0.25       4.3e-7  9.1e-5  0.012    (taken)
-    4       12      1.5e-5  1.8e-3  0.12       7.7e-7  1.4e-4  0.017
+    degree window   noise, rms                          bias, largest
+                    rad     rad/s   rad/s2  rad/s3      rad     rad/s   rad/s2  rad/s3
+    3       4       2.5e-7  7.6e-5  1.3e-2  1.1         4e-9    1.7e-6  4.7e-4  0.08
+    3       10      5.8e-8  8.7e-6  7.2e-4  0.026       5e-8    1.4e-5  2.0e-3  0.17
+    4       10      9.9e-8  2.2e-5  3.1e-3  0.25        1e-9    4.3e-7  9.1e-5  0.012
+    4       16      5.7e-8  8.7e-6  8.0e-4  0.042       8e-9    2.0e-6  2.9e-4  0.027
+    4       20      4.7e-8  5.8e-6  4.4e-4  0.019       2e-8    4.2e-6  5.2e-4  0.039
+    4       32      3.2e-8  2.6e-6  1.3e-4  0.003       1e-7    2.0e-5  1.7e-3  0.084
 
-Degree 4 keeps its bias small when a motion is faster than the golden ones (bias grows with the
-fifth power of speed, noise not at all), and ten samples bring the acceleration's noise down to
-that of the samples' own second difference, 2.9e-3 rad/s2. The position itself, one period ahead,
-has 1e-7 rad of noise and 1e-9 rad of bias: a tenth of a hundredth of an encoder count.
+Degree 4 because bias grows with the fifth power of a motion's speed and noise not at all. Ten
+samples bring the acceleration's noise down to that of the samples' own second difference
+(2.9e-3 rad/s2); windows of half the acceleration time, 10 to 32 samples, keep the path error
+under 1e-5 rad at t_acc = 0.2 s.
 """
 
 from collections import deque
@@ -30,40 +31,54 @@ import numpy as np
 
 from rfms_can.blend import Derivatives
 
-WINDOW: Final = 10
-"""Samples a fit looks at once so many have been seen."""
+SHORTEST: Final = 10
+"""Samples a fit takes if there are as many."""
 
-_DEGREE: Final = (0, 0, 1, 2, 3, 3, 3, 3, 4, 4, 4)
-"""Degree of the fit by the number of samples; four for five would only fit the noise."""
+LONGEST: Final = 32
+"""Samples a fit takes at most."""
 
 _Weights = tuple[tuple[float, ...], ...]
 
 
+def window_for(acceleration_ticks: int) -> int:
+    """Samples to fit for a transition of twice ``acceleration_ticks``."""
+    return min(max(acceleration_ticks // 2, SHORTEST), LONGEST)
+
+
+def _degree(count: int) -> int:
+    """Degree of the fit to ``count`` samples: a jerk from fewer than eight is mere noise."""
+    if count >= SHORTEST:
+        return 4
+    return 3 if count >= 8 else min(count - 1, 2)
+
+
 def _weights(count: int, ahead: int) -> _Weights:
     """Four rows (order 0 to 3) of ``count`` weights, oldest first, for a period of one."""
-    times = np.arange(1 - count, 1) - ahead
-    degree = _DEGREE[count]
-    fit = np.linalg.pinv(np.vander(times, degree + 1, increasing=True).astype(float))
-    rows = [fit[order] * (1, 1, 2, 6)[order] for order in range(min(degree, 3) + 1)]
-    rows += [np.zeros(count)] * (4 - len(rows))
-    return tuple(tuple(float(weight) for weight in row) for row in rows)
+    degree = _degree(count)
+    times = (np.arange(1 - count, 1) - ahead) / count
+    fit = np.linalg.pinv(np.vander(times, degree + 1, increasing=True))
+    rows = np.zeros((4, count))
+    for order in range(min(degree, 3) + 1):
+        rows[order] = fit[order] * (1.0, 1.0, 2.0, 6.0)[order] / float(count) ** order
+    return tuple(tuple(row) for row in rows.tolist())
 
 
-_NEWEST: Final = tuple(_weights(count, 0) for count in range(1, WINDOW + 1))
-_AHEAD: Final = tuple(_weights(count, 1) for count in range(1, WINDOW + 1))
+_NEWEST: Final = tuple(_weights(count, 0) for count in range(1, LONGEST + 1))
+_AHEAD: Final = tuple(_weights(count, 1) for count in range(1, LONGEST + 1))
 
 
 class SampleHistory:
     """The last samples of an angle, one each period, and the derivatives they tell.
 
     Equal samples give derivatives of exactly zero: a joint at rest does not dither. With fewer
-    samples than a derivative needs it is zero.
+    samples than a derivative needs it is zero. A ``window`` is how many of the last samples to
+    look at; fewer are taken where there are fewer.
     """
 
     __slots__ = ("_samples",)
 
     def __init__(self) -> None:
-        self._samples: deque[float] = deque(maxlen=WINDOW)
+        self._samples: deque[float] = deque(maxlen=LONGEST)
 
     def __len__(self) -> int:
         return len(self._samples)
@@ -88,22 +103,21 @@ class SampleHistory:
             last = samples[-1]
             samples.append(last + (last - samples[-2]) if len(samples) > 1 else last)
 
-    def at_newest(self, period_s: float) -> Derivatives:
+    def at_newest(self, period_s: float, window: int = SHORTEST) -> Derivatives:
         """Angle and derivatives at the newest sample; rad and seconds."""
-        last = self._samples[-1]
-        _, velocity, acceleration, jerk = self._fit(_NEWEST, period_s)
-        return (last, velocity, acceleration, jerk)
+        return self._fit(_NEWEST, period_s, window)
 
-    def one_ahead(self, period_s: float) -> Derivatives:
+    def one_ahead(self, period_s: float, window: int = SHORTEST) -> Derivatives:
         """Angle and derivatives one period after the newest sample; rad and seconds."""
-        return self._fit(_AHEAD, period_s)
+        return self._fit(_AHEAD, period_s, window)
 
-    def _fit(self, tables: tuple[_Weights, ...], period_s: float) -> Derivatives:
+    def _fit(self, tables: tuple[_Weights, ...], period_s: float, window: int) -> Derivatives:
         samples = self._samples
         last = samples[-1]
+        count = min(window, len(samples))
         # Differences to the newest first: their weighted sum is exactly zero at rest.
-        steps = [sample - last for sample in islice(samples, len(samples) - 1)]
-        w0, w1, w2, w3 = tables[len(samples) - 1]
+        steps = [sample - last for sample in islice(samples, len(samples) - count, None)]
+        w0, w1, w2, w3 = tables[count - 1]
         return (
             last + sum(map(mul, w0, steps)),
             sum(map(mul, w1, steps)) / period_s,

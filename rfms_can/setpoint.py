@@ -13,7 +13,7 @@ from typing import Final
 
 from rfms_can.blend import NO_MATCH, Derivatives, MatchingPolynomial
 from rfms_can.cartesian_setpoint import CartesianSetpoint
-from rfms_can.history import SampleHistory
+from rfms_can.history import SHORTEST, SampleHistory, window_for
 from rfms_can.kinematics import Configuration
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
@@ -52,7 +52,7 @@ class JointSetpoint:
     At a hand-over the ``THESIS`` blend extrapolates linearly and matches position and velocity.
     ``CONTINUOUS`` also matches acceleration and jerk; what it takes them from is the history of
     the base, not of the set-point, so a joint segment with a resting goal is left with exactly
-    zero of both, and r adds its own exact rate (see :mod:`rfms_can.history` for the numbers).
+    zero of both, and r adds its own exact rate (numbers: :mod:`rfms_can.history`).
 
     Attributes:
         theta: the set-point, rad.
@@ -66,6 +66,7 @@ class JointSetpoint:
 
     __slots__ = (
         "_base",
+        "_even",
         "_match",
         "_next",
         "_period",
@@ -94,6 +95,7 @@ class JointSetpoint:
         self.rate = self.acceleration = 0.0
         self._step1 = self._step2 = 0.0
         self._r = self._r_step = 0.0
+        self._even = 0  # samples of the base since the last transition
         self._theta_BC = 0.0
         self._match = NO_MATCH
         self._state = _IDLE
@@ -157,6 +159,7 @@ class JointSetpoint:
         """
         self._base.extrapolate()
         self._next.extrapolate()
+        self._even += 1
         self._r += self._r_step
         self._previous += self._step1
         return self.theta
@@ -172,6 +175,8 @@ class JointSetpoint:
                 theta += setpoint.r * self._theta_BC
             if state is _BLEND:
                 theta += self._match.at(setpoint.p)
+                self._even = 0
+        self._even += 1
         self._base.push(solution_1)
         if setpoint.T6_2 is None:
             self._next.clear()
@@ -191,11 +196,12 @@ class JointSetpoint:
     def _hand_over(self, setpoint: CartesianSetpoint, theta_B: float, theta_C: float) -> float:
         """START: the set-point at -t_acc, and how the old motion turns into the new one."""
         joint_mode = setpoint.mode is Mode.JOINT
+        window = window_for(round(setpoint.acceleration_time / self._period))
         theta, velocity, acceleration, jerk = (
-            self._extrapolated() if setpoint.blend is Blend.THESIS else self._left_behind()
+            self._extrapolated() if setpoint.blend is Blend.THESIS else self._left_behind(window)
         )
         self._next.push(theta_C if joint_mode else theta_B)
-        _, *rates = self._next.at_newest(self._period)
+        _, *rates = self._next.at_newest(self._period, window)
         self._match = MatchingPolynomial.matching(
             (theta - theta_B, velocity - rates[0], acceleration - rates[1], jerk - rates[2]),
             setpoint.acceleration_time,
@@ -211,11 +217,16 @@ class JointSetpoint:
         step = self._step1
         return (self._previous + step, step / self._period, 0.0, 0.0)
 
-    def _left_behind(self) -> Derivatives:
-        """The old motion now: its base one period on, and r, which runs evenly at a hand-over."""
+    def _left_behind(self, window: int) -> Derivatives:
+        """The old motion now: its base one period on, and r, which runs evenly at a hand-over.
+
+        A long window does not reach back into the transition, at whose end h has a kink (of its
+        fourth derivative, so that a short one may).
+        """
         if not self._base:
             return (self.theta, 0.0, 0.0, 0.0)
-        theta, velocity, acceleration, jerk = self._base.one_ahead(self._period)
+        window = min(window, max(self._even, SHORTEST))
+        theta, velocity, acceleration, jerk = self._base.one_ahead(self._period, window)
         theta_BC, step = self._theta_BC, self._r_step
         return (
             theta + (self._r + step) * theta_BC,

@@ -3,16 +3,13 @@
 from typing import Final
 
 from rfms_can.blend import blend_parameter, stop_parameter
-from rfms_can.history import WINDOW
+from rfms_can.history import window_for
 from rfms_can.kinematics import Configuration
 from rfms_can.master.segment import Move, Segment
 from rfms_can.master.states import ON_THE_WIRE, Stage
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
-
-WATCH_TICKS: Final = WINDOW - 1
-"""Ticks a moving goal is watched before the arm joins it, in the continuous blend."""
 
 _NOWHERE: Final = Segment.hold(Transform.identity(), Configuration(True, True, True))
 
@@ -58,10 +55,13 @@ class SegmentRunner:
         self._acceleration_time = segment.move.acceleration_ticks * self._period
 
     def watch_ticks(self, move: Move) -> int:
-        """Ticks to look at where the segment of ``move`` starts before it does."""
+        """Ticks to look at where the segment of ``move`` starts before it does.
+
+        One tells how fast it moves (3.17); the continuous blend wants to know more.
+        """
         if move.target.constant or self._blend is Blend.THESIS:
             return 1
-        return WATCH_TICKS
+        return window_for(move.acceleration_ticks) - 1
 
     def settle(self, move: Move | None, tick: int) -> None:
         """Fix what follows: ``move``, or the transition to rest at this segment's goal.

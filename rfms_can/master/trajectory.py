@@ -4,10 +4,11 @@ Each tick yields the Cartesian set-point of one cycle; what the joints make of i
 :mod:`rfms_can.setpoint`. Time is counted in integer ticks, so that p ends at exactly 1 and no
 set-point is skipped or sent twice.
 
-A move is handed over at t_seg - t_acc of the *next* one. One that is requested later than that,
-but before the transition to rest is settled (one tick before t_seg - t_acc of its own), starts
-its transition on the tick after next: late, with no set-point repeated. A still later one starts
-from rest.
+A move takes over at t_seg - t_acc, its own t_acc before the goal under way. One requested too late
+for that starts its transition on the tick after next: late, with no set-point repeated. It is then
+nearer to the goal than its matching polynomial needs, and beyond a seventh of t_acc (where -5 t_acc
++ 35 late, the two terms of (3.18) that are left at p -> 1, change sign) would swing past that goal:
+a move later than that starts from rest.
 """
 
 from collections import deque
@@ -23,6 +24,9 @@ from rfms_can.master.states import Event, Stage, following
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
+
+LATEST: Final = 7
+"""A transition may start late by t_acc over this without passing the goal it leaves."""
 
 MAX_QUEUE: Final = 256
 """Moves that may wait; a program that asks for more is waiting for nothing."""
@@ -172,7 +176,7 @@ class TrajectoryGenerator:
             if self._queue and run.next is None:
                 run.settle(self._queue.popleft(), tick)
         elif stage is Stage.PRE and run.next is None:
-            run.settle(self._queue.popleft() if self._queue else None, tick)
+            run.settle(self._queue.popleft() if self._taking_over() else None, tick)
         setpoint = self._rows[stage](tick)
         if stage is Stage.START and not run.segment.rests:
             self.completed = left.move.sequence
@@ -204,10 +208,18 @@ class TrajectoryGenerator:
         if self._stopping:
             return Event.HALT
         run = self._run
-        move = self._queue[0] if self._queue else run.segment.move
+        move = self._taking_over() or run.segment.move
         lead = move.acceleration_ticks + run.watch_ticks(move)
         due = run.n + 1 >= run.segment.move.segment_ticks - lead
         return Event.PREPARE if due else Event.STAY
+
+    def _taking_over(self) -> Move | None:
+        """The move that follows without rest; None if there is none, or it came too late."""
+        if not self._queue:
+            return None
+        run, move = self._run, self._queue[0]
+        late = run.n + 2 - (run.segment.move.segment_ticks - move.acceleration_ticks)
+        return move if late * LATEST <= move.acceleration_ticks else None
 
     def _ends_at_rest(self) -> bool:
         """Whether the transition to rest is settled or under way."""

@@ -1,0 +1,157 @@
+"""The master's shadow of the six joints: it sees what must not be sent."""
+
+import pytest
+from pytest import approx
+from trajectory_rig import HOME, LEFT_DOWN, TAU, Rig, over_the_wire
+
+from rfms_can.arm import PUMA_260
+from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.kinematics import Configuration, direct
+from rfms_can.master.commanded import CommandedTrajectory
+from rfms_can.master.segment import FixedGoal, Move
+from rfms_can.master.trajectory import TrajectoryGenerator
+from rfms_can.transform import Transform
+from rfms_can.wire.vocabulary import Mode
+
+
+def shadow() -> CommandedTrajectory:
+    commanded = CommandedTrajectory(PUMA_260, TAU)
+    commanded.reset(HOME)
+    return commanded
+
+
+def move_to(pose: Transform, mode: Mode = Mode.JOINT, segment_ticks: int = 400) -> Move:
+    return Move(1, FixedGoal(pose), mode, segment_ticks, 40, LEFT_DOWN)
+
+
+def shifted(q: tuple[float, ...], joint: int, by: float) -> Transform:
+    """T6 with one joint of ``q`` turned by ``by``, rad."""
+    angles = list(q)
+    angles[joint - 1] += by
+    q1, q2, q3, q4, q5, q6 = angles
+    return direct(PUMA_260, (q1, q2, q3, q4, q5, q6))
+
+
+STAY = Move(0, FixedGoal(direct(PUMA_260, HOME)), Mode.JOINT, 1, 1, LEFT_DOWN)
+
+
+def test_the_shadow_is_what_six_nodes_compute() -> None:
+    commanded, rig = shadow(), Rig()
+    rig.move(Mode.JOINT, "W1", 1.2, 0.2)
+    rig.move(Mode.CARTESIAN, "W2", 2.0, 0.2)
+    for _ in range(700):
+        q = rig.tick()
+        assert commanded.check(rig.setpoints[-1]) is None
+        assert commanded.theta == approx(q, abs=1e-12)
+        assert commanded.rate == approx([joint.rate for joint in rig.joints], abs=1e-9)
+        assert commanded.acceleration == approx(
+            [joint.acceleration for joint in rig.joints], abs=1e-6
+        )
+
+
+def test_nodes_behind_float32_stay_within_a_hundredth_of_a_milliradian() -> None:
+    commanded, rig = shadow(), Rig(wire=True)
+    rig.move(Mode.CARTESIAN, "W1", 1.2, 0.2)
+    rig.move(Mode.CARTESIAN, "W2", 2.0, 0.2)
+    exact = Rig()
+    exact.move(Mode.CARTESIAN, "W1", 1.2, 0.2)
+    exact.move(Mode.CARTESIAN, "W2", 2.0, 0.2)
+    for _ in range(700):
+        exact.tick()
+        assert commanded.check(exact.setpoints[-1]) is None
+        assert commanded.theta == approx(rig.tick(), abs=1e-5)
+        assert over_the_wire(exact.setpoints[-1]) == rig.setpoints[-1]
+
+
+def test_a_pose_out_of_reach_is_refused_and_nothing_moved() -> None:
+    commanded, rig = shadow(), Rig()
+    rig.run(1)
+    good = rig.setpoints[-1]
+    assert commanded.check(good) is None
+    before = commanded.theta
+    far = Transform.translation(2.0, 0.0, 0.0)
+    reason = commanded.check(good._replace(T6_1=far))
+    assert reason is not None and "too_far" in reason
+    reason = commanded.check(good._replace(T6_2=far))
+    assert reason is not None and "too_far" in reason
+    assert commanded.theta == before
+    assert commanded.check(good) is None
+
+
+def test_a_set_point_too_fast_names_joint_number_and_bound() -> None:
+    commanded, rig = shadow(), Rig()
+    rig.run(1)
+    setpoint = rig.setpoints[-1]
+    assert commanded.check(setpoint) is None
+    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 1, 1.99 * TAU))) is None
+    fast = shifted(HOME, 1, (1.99 + 2.02) * TAU)
+    reason = commanded.check(setpoint._replace(T6_1=fast))
+    assert reason is not None
+    assert "joint 1: set-point speed 2.02 rad/s exceeds 2 rad/s" in reason
+
+
+def test_a_set_point_that_cannot_follow_is_named() -> None:
+    commanded, rig = shadow(), Rig()
+    rig.move(Mode.JOINT, "W1", 1.2, 0.2)
+    rig.run(3)
+    reason = commanded.check(rig.setpoints[-1])
+    assert reason == "puma260: joint 1: a BLEND set-point cannot follow the last one"
+
+
+def test_a_set_point_past_a_joint_limit_is_named() -> None:
+    """Every pose is inside the range of joint 1; the transition, started at speed, is not."""
+    q = (2.5, *HOME[1:])
+    commanded = CommandedTrajectory(PUMA_260, TAU)
+    commanded.reset(q)
+    generator = TrajectoryGenerator(TAU)
+    generator.enable(shifted(q, 1, 0.0), LEFT_DOWN)
+    generator.request(Move(1, FixedGoal(shifted(q, 1, 0.030)), Mode.JOINT, 200, 20, LEFT_DOWN))
+    idle = generator.tick()
+    for tick in range(4):  # 0.0095 rad a tick, close to the speed limit
+        assert commanded.check(idle._replace(T6_1=shifted(q, 1, 0.0095 * tick))) is None
+    reason = commanded.check(generator.tick())
+    assert reason is not None
+    assert "joint 1: set-point 2.538 rad is outside [-2.53073, 2.53073] rad" in reason
+
+
+# --- Moves tried before they are taken --------------------------------------------------------
+
+
+def test_a_goal_out_of_reach_or_range_is_refused_at_the_request() -> None:
+    commanded = shadow()
+    with pytest.raises(KinematicsError, match="too_far"):
+        commanded.admit(STAY, move_to(Transform.translation(0.6, 0.0, 0.0)), 0)
+    right = Configuration.parse("right up noflip")
+    aside = move_to(shifted(HOME, 1, 1.2))
+    with pytest.raises(KinematicsError, match=r"joint 1 would have to stand at -2\.64282 rad"):
+        commanded.admit(STAY, aside._replace(configuration=right), 0)
+    commanded.admit(STAY, aside, 0)
+
+
+def test_a_move_too_fast_is_told_the_time_it_needs() -> None:
+    commanded = shadow()
+    goal = shifted(HOME, 1, -1.2)
+    with pytest.raises(MoveError, match=r"joint 1 of puma260 would run at 2\.4 rad/s, .* 2 rad/s"):
+        commanded.admit(STAY, move_to(goal, segment_ticks=100), 0)
+    with pytest.raises(MoveError, match=r"at least 0\.6 s instead of 0\.5 s"):
+        commanded.admit(STAY, move_to(goal, segment_ticks=100), 0)
+    commanded.admit(STAY, move_to(goal, segment_ticks=121), 0)
+
+
+def test_a_straight_line_through_the_shoulder_cylinder_is_refused_though_its_goal_is_not() -> None:
+    commanded = shadow()
+    goal = shifted(HOME, 1, 2.2)
+    commanded.admit(STAY, move_to(goal), 0)
+    with pytest.raises((KinematicsError, MoveError)):
+        commanded.admit(STAY, move_to(goal, Mode.CARTESIAN), 0)
+
+
+def test_the_generator_asks_before_it_takes() -> None:
+    commanded = shadow()
+    generator = TrajectoryGenerator(TAU, admit=commanded.admit)
+    generator.enable(direct(PUMA_260, HOME), LEFT_DOWN)
+    with pytest.raises(KinematicsError, match="too_far"):
+        generator.request(move_to(Transform.translation(0.6, 0.0, 0.0)))
+    assert generator.waiting == 0
+    generator.request(move_to(shifted(HOME, 1, -1.2)))
+    assert generator.waiting == 1
