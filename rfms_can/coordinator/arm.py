@@ -72,12 +72,6 @@ class Link(Protocol):
         """Measured T6."""
 
 
-class Named(str):
-    """A name that came from a definition."""
-
-    __slots__ = ()
-
-
 class Gripper:
     """The gripper: both calls return when the jaw rests, at its stop or on a part."""
 
@@ -132,7 +126,7 @@ class Arm:
         *,
         tool: Expression | None = None,
         configuration: str | None = None,
-    ) -> Named:
+    ) -> str:
         """Define a position by an equation with ``t6`` in it once.
 
         Args:
@@ -155,7 +149,7 @@ class Arm:
                 configuration,
             )
         )
-        return Named(name)
+        return name
 
     def mode(
         self,
@@ -164,7 +158,7 @@ class Arm:
         segment_time: float,
         acceleration_time: float,
         interpolation: str = "joint",
-    ) -> Named:
+    ) -> str:
         """Define how a segment is moved.
 
         Args:
@@ -174,7 +168,7 @@ class Arm:
             interpolation: ``"joint"`` or ``"cartesian"``.
         """
         self._request(ModeMessage(name, interpolation, segment_time, acceleration_time))
-        return Named(name)
+        return name
 
     def move(self, position: str, mode: str) -> int:
         """Move to a position; returns the move's sequence number at once.
@@ -222,5 +216,3 @@ class Arm:
         except msgspec.ValidationError as error:
             raise ProgramError(f"{type(message).__name__}: {error}") from error
         return self._link.request(checked)
-
-

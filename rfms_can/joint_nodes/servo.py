@@ -27,14 +27,18 @@ class Servo:
 
     __slots__ = (
         "_band",
+        "_coulomb",
         "_damping",
-        "_friction",
         "_integral_limit",
         "_kd",
         "_ki_period",
         "_kp",
+        "_negative",
+        "_positive",
         "_stiffness",
+        "_still",
         "_torque_per_code",
+        "_viscous",
         "integral",
         "saturated",
         "torque_limit",
@@ -50,28 +54,32 @@ class Servo:
         natural = p[Parameter.NATURAL_FREQUENCY]
         self._stiffness = natural * natural
         self._damping = 2.0 * p[Parameter.DAMPING_RATIO] * natural
-        self._friction = (
-            p[Parameter.COULOMB_POSITIVE],
-            p[Parameter.COULOMB_NEGATIVE],
-            p[Parameter.VISCOUS],
-            1.0 / p[Parameter.FRICTION_SPEED],
-        )
+        self._positive = p[Parameter.COULOMB_POSITIVE]
+        self._negative = p[Parameter.COULOMB_NEGATIVE]
+        self._viscous = p[Parameter.VISCOUS]
+        self._still = p[Parameter.FRICTION_SPEED]
         self._torque_per_code = p[Parameter.TORQUE_PER_CODE]
         self.torque_limit = p[Parameter.TORQUE_LIMIT]
         self.reset()
 
     def reset(self) -> None:
-        """Forget the integral."""
+        """Forget the integral and the direction of the last motion."""
         self.integral = 0.0
+        self._coulomb = 0.0
         self.saturated = False
 
     def friction(self, speed: float) -> float:
-        """Torque that overcomes friction at a desired speed (rad/s), Nm; zero at rest."""
-        positive, negative, viscous, per_speed = self._friction
-        part = speed * per_speed
-        if part > 0.0:
-            return positive * min(part, 1.0) + viscous * speed
-        return negative * max(part, -1.0) + viscous * speed
+        """Torque that overcomes friction at a desired speed (rad/s), Nm.
+
+        Signed by the desired velocity; at rest it stays as the last motion left it. A joint that
+        stops a little short then still has its friction overcome in the direction it came from
+        and creeps home, instead of sticking until the integral has grown to the stiction.
+        """
+        if speed > self._still:
+            self._coulomb = self._positive
+        elif speed < -self._still:
+            self._coulomb = -self._negative
+        return self._coulomb + self._viscous * speed
 
     def torque(
         self,

@@ -21,8 +21,8 @@ INTEGRAL_PART: Final = 0.3
 """Part of the torque limit the integral may use."""
 DEADBAND_COUNTS: Final = 1.5
 """Error, encoder counts, the integral leaves alone: stiction would make it hunt."""
-FRICTION_SPEED: Final = 0.02
-"""Desired speed, rad/s, from which friction is compensated in full."""
+FRICTION_SPEED: Final = 2e-4
+"""Desired speed, rad/s, up to which a joint counts as resting: friction keeps its last sign."""
 HOMING_PART: Final = 0.2
 """Homing speed over the joint's speed limit."""
 STOPPING_PART: Final = 0.5

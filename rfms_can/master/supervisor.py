@@ -116,7 +116,7 @@ class Supervisor(Endpoint):
         self.fault: str | None = None
         self.arm_state = ArmState(parameters)
         self.motion = Motion(arm, period_s, settings.blend)
-        self.statistics = RunStatistics()
+        self.statistics = RunStatistics(period_s)
         self.math = MathProcessor(arm)
         self._lockstep = settings.clock is Clock.LOCKSTEP
         self._cycle_ns = round(settings.barrier_s * 1e9) if self._lockstep else settings.period_ns
@@ -154,9 +154,7 @@ class Supervisor(Endpoint):
             self._hears(Dac, node, partial(self._on_dac, bit("DAC", node)))
             self._hears(ConfigAck, node, partial(self._on_ack, node))
         for node in (*JOINTS, GRIPPER, PLANT):
-            self._hears(
-                Heartbeat, node, partial(self._on_heartbeat, node, bit("HEARTBEAT", node))
-            )
+            self._hears(Heartbeat, node, partial(self._on_heartbeat, node, bit("HEARTBEAT", node)))
             self._hears(Emcy, node, partial(self._on_emergency, node))
         self._hears_back(Heartbeat, MASTER, partial(self._answered, bit("HEARTBEAT", MASTER)))
         self._hears(Estop, None, self._on_estop)
@@ -226,9 +224,7 @@ class Supervisor(Endpoint):
         out, settings = self._out, self.settings
         state = BUS_STATES[self.phase]
         out.append(
-            self._sync.frame(
-                cycle, state, self._active_set, self.wire.dbc_hash, settings.clock
-            )
+            self._sync.frame(cycle, state, self._active_set, self.wire.dbc_hash, settings.clock)
         )
         self._answers.begin(self.phase, cycle)
         if self.phase is Phase.RUN:

@@ -1,16 +1,17 @@
 """A program's link to a supervisor in its own process: time goes on only while it waits."""
 
 from collections.abc import Callable
+from typing import Final
 
 from rfms_can.errors import FaultError
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.master.supervisor import Supervisor
-from rfms_can.messages import GripperRequest, Message
+from rfms_can.messages import GripperRequest, Message, MoveRequest
 from rfms_can.transform import Transform
 
-JAW_REST_CYCLES = 12
-"""Cycles without a count from the jaw's encoder that mean it rests."""
+STILL_CYCLES: Final = 12
+"""Cycles without a count from an encoder that mean its axis stands still."""
 
 Pump = Callable[[Callable[[], bool]], None]
 """Runs the bus until a condition holds; asks it after every event."""
@@ -25,15 +26,15 @@ class DirectLink:
         on_cycle: called once for every closed cycle.
     """
 
-    def __init__(
-        self, supervisor: Supervisor, pump: Pump, on_cycle: Callable[[], None]
-    ) -> None:
+    def __init__(self, supervisor: Supervisor, pump: Pump, on_cycle: Callable[[], None]) -> None:
         self._supervisor = supervisor
         self._pump = pump
         self._on_cycle = on_cycle
         self._closed = supervisor.closed
+        self._counts_per_rad = [abs(d.counts_per_radian) for d in supervisor.arm.drives]
+        self._q = list(supervisor.arm_state.q)
         self._jaw_counts = 0
-        self._jaw_still = 0
+        self._still = self._jaw_still = 0
 
     def pass_time(self, condition: Callable[[], bool]) -> None:
         """Let time go on until a condition holds, whatever happens to the run."""
@@ -42,7 +43,7 @@ class DirectLink:
         def held() -> bool:
             if supervisor.closed != self._closed:
                 self._closed = supervisor.closed
-                self._watch_jaw()
+                self._watch_stillness()
                 self._on_cycle()
             return condition()
 
@@ -60,25 +61,34 @@ class DirectLink:
         answer = self._supervisor.handle(message)
         if isinstance(message, GripperRequest):
             self._jaw_still = 0
+        elif isinstance(message, MoveRequest):
+            self._still = 0
         return answer
 
-    def _watch_jaw(self) -> None:
-        counts = self._supervisor.arm_state.jaw_counts
-        still = abs(counts - self._jaw_counts) <= 1
-        self._jaw_still = self._jaw_still + 1 if still else 0
-        self._jaw_counts = counts
+    def _watch_stillness(self) -> None:
+        """Count the cycles for which arm and jaw have not moved by more than a count."""
+        state = self._supervisor.arm_state
+        still = all(
+            abs(q - before) * scale < 1.5
+            for q, before, scale in zip(state.q, self._q, self._counts_per_rad, strict=True)
+        )
+        self._still = self._still + 1 if still else 0
+        self._q[:] = state.q
+        jaw_still = abs(state.jaw_counts - self._jaw_counts) <= 1
+        self._jaw_still = self._jaw_still + 1 if jaw_still else 0
+        self._jaw_counts = state.jaw_counts
 
     def is_over(self, sequence: int) -> bool:
         """Whether a move is complete."""
         return self._supervisor.motion.is_over(sequence)
 
     def at_rest(self) -> bool:
-        """Whether the arm rests and no move waits."""
-        return self._supervisor.motion.at_rest
+        """Whether no move is under way or waits, and the arm stands still."""
+        return self._still >= STILL_CYCLES and self._supervisor.motion.at_rest
 
     def jaw_rests(self) -> bool:
         """Whether the jaw has not moved for a while."""
-        return self._jaw_still >= JAW_REST_CYCLES
+        return self._jaw_still >= STILL_CYCLES
 
     def cycle(self) -> int:
         """Control cycles since the arm was enabled."""

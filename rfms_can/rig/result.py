@@ -11,13 +11,13 @@ from rfms_can.wire import JOINTS
 
 
 class JointResult(msgspec.Struct, frozen=True):
-    """One joint's tracking: largest and rms error while moving and at rest, rad."""
+    """One joint's tracking: largest and rms error while moving, largest once settled, rad."""
 
     joint: int
     moving_max: float
     moving_rms: float
-    resting_max: float
-    resting_max_counts: float
+    settled_max: float
+    settled_max_counts: float
 
 
 class RunResult(msgspec.Struct, frozen=True):
@@ -65,24 +65,22 @@ class RunResult(msgspec.Struct, frozen=True):
 def joint_results(arm: Arm, statistics: RunStatistics) -> list[JointResult]:
     """Tracking of the six joints."""
 
-    def one(joint: int, moving: Tracking, resting: Tracking) -> JointResult:
+    def one(joint: int, moving: Tracking, settled: Tracking) -> JointResult:
         counts_per_rad = abs(arm.drives[joint - 1].counts_per_radian)
         return JointResult(
             joint,
             moving.largest,
             moving.rms,
-            resting.largest,
-            resting.largest * counts_per_rad,
+            settled.largest,
+            settled.largest * counts_per_rad,
         )
 
     return [
-        one(joint, moving, resting)
-        for joint, moving, resting in zip(
-            JOINTS, statistics.moving, statistics.resting, strict=True
+        one(joint, moving, settled)
+        for joint, moving, settled in zip(
+            JOINTS, statistics.moving, statistics.settled, strict=True
         )
     ]
-
-
 
 
 def discarded_frames(supervisor: Supervisor) -> dict[str, int]:

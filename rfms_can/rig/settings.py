@@ -11,7 +11,6 @@ from rfms_can.plant.physics import physics_steps
 from rfms_can.wire.vocabulary import Blend, Clock
 
 
-
 class SettingsError(RfmsError, ValueError):
     """A setting that does not exist, or two that exclude one another."""
 
@@ -116,5 +115,3 @@ def choice(what: str, word: str, kind: Any) -> Any:
     if word not in words:
         raise SettingsError(f"{what} {word!r} does not exist; there are: {', '.join(words)}")
     return words[word]
-
-

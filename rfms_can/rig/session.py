@@ -1,0 +1,156 @@
+"""One run: bring the bus up, enable, let a program move the arm, disable; keep the numbers.
+
+Whatever ends a program, its own error or a fault of the bus, the arm is brought to rest and
+braked before the error goes on to whoever started the run.
+"""
+
+import time
+from array import array
+from collections.abc import Callable
+from typing import Protocol
+
+from rfms_can.coordinator import Arm
+from rfms_can.errors import FaultError
+from rfms_can.master.phases import Phase
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.messages import StopRequest
+from rfms_can.rig.link import DirectLink
+from rfms_can.rig.result import RunResult, discarded_frames, joint_results
+
+Program = Callable[[Arm], None]
+Progress = Callable[["Session"], None]
+
+HALT_CYCLES = 125
+"""Cycles a halted arm is given to come to rest before it is braked."""
+PROGRESS_EVERY = 50
+"""Cycles between two progress reports."""
+
+
+class Rig(Protocol):
+    """What a session runs on: the nodes, and a way to let them go on."""
+
+    supervisor: Supervisor
+
+    def pump(self, condition: Callable[[], bool]) -> None:
+        """Run until a condition holds; it is asked after every event."""
+
+    def begin_measuring(self) -> None:
+        """Bus statistics count from now on."""
+
+    @property
+    def load(self) -> float | None:
+        """Part of the time the bus was busy, if the bus tells."""
+
+    @property
+    def frames(self) -> int:
+        """Frames on the bus, as far as this end sees them."""
+
+    def close(self) -> None:
+        """Give back what was taken: processes, ports."""
+
+
+class Session:
+    """Runs programs on a rig.
+
+    Args:
+        rig: the nodes and their bus.
+        bus_bound: worst-case load of a cycle, for the result.
+        progress: called every ``PROGRESS_EVERY`` cycles.
+        keep: keep the commanded trajectory for plots.
+
+    Attributes:
+        link: the program's link to the supervisor.
+        commanded: six joint angles a cycle, rad, if kept: what was sent, in double precision.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        bus_bound: float | None = None,
+        progress: Progress | None = None,
+        keep: bool = False,
+    ) -> None:
+        self.rig = rig
+        self.supervisor = rig.supervisor
+        self.link = DirectLink(rig.supervisor, rig.pump, self._on_cycle)
+        self.commanded: array[float] = array("d")
+        self._bus_bound = bus_bound
+        self._progress = progress
+        self._keep = keep
+        self._enabled_at = self._wall_s = 0.0
+
+    def _on_cycle(self) -> None:
+        supervisor = self.supervisor
+        if self._keep and self.link.running:
+            self.commanded.extend(supervisor.motion.commanded.theta)
+        if self._progress is not None and supervisor.closed % PROGRESS_EVERY == 0:
+            self._progress(self)
+
+    def run(self, program: Program) -> RunResult:
+        """Bring up, enable, run the program, bring to rest, disable.
+
+        Raises:
+            FaultError: a latched fault halted the run.
+            ProgramError: the program asked for something impossible.
+        """
+        try:
+            self.bring_up()
+            program(Arm(self.link))
+            self.link.run_until(self.link.at_rest)
+        except FaultError:
+            self._coast(HALT_CYCLES)
+            raise
+        except BaseException:
+            self._stop_moving()
+            raise
+        finally:
+            self._disable()
+        return self.result()
+
+    def bring_up(self) -> None:
+        """From power-up to an enabled arm: roll call, configuration, homing, start."""
+        supervisor = self.supervisor
+        self.link.run_until(lambda: supervisor.phase is Phase.READY)
+        supervisor.start()
+        self.link.run_until(lambda: supervisor.phase is Phase.RUN)
+        self.rig.begin_measuring()
+        self._enabled_at = time.perf_counter()
+
+    def _stop_moving(self) -> None:
+        """A program failed: controlled stop along the path before the arm is braked."""
+        if self.link.running:
+            self.link.request(StopRequest())
+            self.link.pass_time(lambda: self.link.at_rest() or self.supervisor.fault is not None)
+
+    def _coast(self, cycles: int) -> None:
+        """Let a halted arm come to rest."""
+        until = self.supervisor.closed + cycles
+        if self.supervisor.next_deadline_ns() is not None:
+            self.link.pass_time(lambda: self.supervisor.closed >= until)
+
+    def _disable(self) -> None:
+        if self._enabled_at and not self._wall_s:
+            self._wall_s = time.perf_counter() - self._enabled_at
+        supervisor = self.supervisor
+        supervisor.stop()
+        if supervisor.next_deadline_ns() is not None:
+            self.link.pass_time(lambda: supervisor.ended)
+
+    def result(self) -> RunResult:
+        """The numbers so far."""
+        supervisor, statistics = self.supervisor, self.supervisor.statistics
+        return RunResult(
+            fault=supervisor.fault,
+            cycles=statistics.cycles,
+            incomplete=statistics.incomplete,
+            missing=dict(statistics.missing),
+            joints=joint_results(supervisor.arm, statistics),
+            frames=self.rig.frames,
+            bus_load=self.rig.load,
+            bus_bound=self._bus_bound,
+            discarded=discarded_frames(supervisor),
+            lost=supervisor.lost,
+            lateness=list(statistics.lateness),
+            wall_s=self._wall_s,
+        )

@@ -1,0 +1,58 @@
+"""All nine nodes on the simulated bus, in this process and in virtual time."""
+
+from collections.abc import Callable
+
+from rfms_can.bus.simulated import SimulatedBus
+from rfms_can.bus.timing import BusTiming
+from rfms_can.frame import Frame
+from rfms_can.joint_nodes.gripper import GripperNode
+from rfms_can.joint_nodes.joint import JointNode
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.plant.node import PlantNode
+from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import JOINTS, Wire
+
+
+class SimulatedRig:
+    """The embedded default: no kernel module, no process, no wall clock.
+
+    Attributes:
+        bus: the simulated bus.
+        supervisor, joints, gripper, plant: its nodes.
+    """
+
+    def __init__(self, settings: RunSettings, wire: Wire | None = None) -> None:
+        wire = wire or Wire()
+        self.bus = SimulatedBus(BusTiming(settings.bit_rate, settings.data_bit_rate))
+        self.joints: list[JointNode] = [make_joint(joint, settings, wire) for joint in JOINTS]
+        self.gripper: GripperNode = make_gripper(settings, wire)
+        self.plant: PlantNode = make_plant(settings, wire)
+        self.supervisor: Supervisor = make_master(settings, wire)
+        for node in (*self.joints, self.gripper, self.plant, self.supervisor):
+            self.bus.attach(node)
+
+    def observe(self, observer: Callable[[int, Frame], None]) -> None:
+        """Show every frame to an observer, with its time in ns."""
+        self.bus.observers.append(lambda time_ns, frame, _sender: observer(time_ns, frame))
+
+    def pump(self, condition: Callable[[], bool]) -> None:
+        """Run until a condition holds."""
+        self.bus.run_until(condition)
+
+    def begin_measuring(self) -> None:
+        """Bus statistics count from now on."""
+        self.bus.reset_statistics()
+
+    @property
+    def load(self) -> float | None:
+        """Part of the time the bus was busy since ``begin_measuring``."""
+        return self.bus.statistics.load(self.bus.now_ns)
+
+    @property
+    def frames(self) -> int:
+        """Frames since ``begin_measuring``."""
+        return sum(frame.count for frame in self.bus.statistics.frames.values())
+
+    def close(self) -> None:
+        """Nothing to give back."""
