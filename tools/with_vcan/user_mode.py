@@ -93,7 +93,7 @@ def find_room(memory: str) -> str:
         Obstacle: there is none.
     """
     size = int(memory[:-1]) << {"M": 20, "G": 30}[memory[-1]]
-    directories = ("/dev/shm", tempfile.gettempdir(), "/var/tmp")
+    directories = ("/dev/shm", find_shared(), "/var/tmp")
     for directory in filter(os.path.isdir, directories):
         room = os.statvfs(directory)
         executable = not room.f_flag & os.ST_NOEXEC
@@ -102,12 +102,17 @@ def find_room(memory: str) -> str:
     raise Obstacle(f"no room for {memory} of memory in {' or '.join(directories)}: try --memory 1G")
 
 
-def shared_directory() -> str:
-    """Make a directory that both kernels see."""
-    shared = tempfile.gettempdir()
-    if hidden_inside(shared):
-        shared = "/var/tmp"
-    return tempfile.mkdtemp(prefix="with-vcan-", dir=shared)
+def find_shared() -> str:
+    """Find a directory for temporary files that both kernels see.
+
+    Raises:
+        Obstacle: there is none to write in.
+    """
+    try:
+        directory = tempfile.gettempdir()
+    except FileNotFoundError as error:
+        raise Obstacle(str(error.strerror)) from None
+    return "/var/tmp" if hidden_inside(directory) else directory
 
 
 def hidden_inside(path: str) -> bool:
@@ -176,7 +181,7 @@ def run(kernel: Kernel, command: list[str]) -> int:
     here = os.getcwd()
     if hidden_inside(here):
         raise KernelError(f"the working directory {here} is not shared with the kernel inside")
-    directory = shared_directory()
+    directory = tempfile.mkdtemp(prefix="with-vcan-", dir=find_shared())
     with ending_signals() as signals, guarding(directory) as guard_group:
         job = describe_job(kernel, command)
         Path(directory, "job.json").write_text(json.dumps(job))
@@ -202,7 +207,8 @@ def read_outcome(directory: str) -> int:
         outcome: Outcome = json.loads(Path(directory, "outcome.json").read_text())
     except FileNotFoundError:
         log = Path(directory, "log").read_text(errors="replace")
-        words = re.sub(r"\s+", " ", log)[-400:] or "nothing"
+        panic = re.search("Kernel panic.*", log)
+        words = panic[0] if panic else " ".join(log.split())[-400:] or "none"
         raise KernelError(f"the user-mode kernel died; its last words: {words}") from None
     if "error" in outcome:
         raise KernelError(f"inside the user-mode kernel: {outcome['error']}")
