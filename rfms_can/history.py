@@ -97,11 +97,9 @@ class SampleHistory:
         self._samples.append(sample)
 
     def extrapolate(self) -> None:
-        """Stand in for a sample that did not come: the newest, moved on by the last difference."""
-        samples = self._samples
-        if samples:
-            last = samples[-1]
-            samples.append(last + (last - samples[-2]) if len(samples) > 1 else last)
+        """Stand in for a sample that did not come by what the last ones tell of it."""
+        if self._samples:
+            self._samples.append(self.one_ahead(1.0)[0])
 
     def at_newest(self, period_s: float, window: int = SHORTEST) -> Derivatives:
         """Angle and derivatives at the newest sample; rad and seconds."""

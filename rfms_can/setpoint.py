@@ -119,19 +119,16 @@ class JointSetpoint:
         """The angle whose turn the solution of ``T6_1`` continues, rad.
 
         That is its own last value, not the set-point: in joint mode the two may be more than half
-        a turn apart while the joint goes the long way round between its limits.
+        a turn apart, and their distance crosses half a turn while the joint runs.
         """
-        state = setpoint.state
-        if state is _IDLE or not self._base:
-            return self.theta
-        if state is _START and setpoint.mode is Mode.CARTESIAN:
-            return self.turn_2
-        return self._base.newest
+        return self.theta if setpoint.state is _IDLE or not self._base else self._base.newest
 
     @property
     def turn_2(self) -> float:
-        """The angle whose turn the solution of ``T6_2`` continues, rad."""
-        return self._next.newest if self._next else self.theta
+        """The angle whose turn the solution of ``T6_2`` continues, rad; at first that of T6_1."""
+        if self._next:
+            return self._next.newest
+        return self._base.newest if self._base else self.theta
 
     def advance(
         self, setpoint: CartesianSetpoint, solution_1: float, solution_2: float = 0.0
@@ -161,7 +158,9 @@ class JointSetpoint:
         self._next.extrapolate()
         self._even += 1
         self._r += self._r_step
-        self._previous += self._step1
+        step = 2.0 * self._step1 - self._step2
+        self._previous += step
+        self._step1, self._step2 = step, self._step1
         return self.theta
 
     def _along(self, setpoint: CartesianSetpoint, solution_1: float, solution_2: float) -> float:
@@ -208,7 +207,6 @@ class JointSetpoint:
         )
         self._theta_BC = theta_B - theta_C if joint_mode else 0.0
         self._base, self._next = self._next, self._base
-        self._next.clear()
         self._r_step = 0.0
         return theta
 

@@ -2,15 +2,19 @@
 
 import itertools
 import math
+from collections.abc import Callable
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
 from trajectory_rig import LEFT_DOWN, TAU, Rig
 
+from rfms_can.blend import blend_parameter
 from rfms_can.cartesian_setpoint import CartesianSetpoint
 from rfms_can.kinematics import nearest_turn
+from rfms_can.master.states import Stage
 from rfms_can.setpoint import FOLLOWS, JointSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
@@ -33,6 +37,14 @@ def setpoint(
         *(state, Mode.JOINT, Blend.CONTINUOUS, r, p, 0.1, HERE, LEFT_DOWN),
         *(HERE if second else None, LEFT_DOWN),
     )
+
+
+def along(n: int, segment_ticks: int) -> CartesianSetpoint:
+    """A joint segment of ``segment_ticks`` at local tick ``n``; t_acc is 20 ticks."""
+    if n > 20:
+        return setpoint(LINEAR, r=1.0 - n / segment_ticks)
+    p = (n + 20) / 40
+    return setpoint(BLEND, r=1.0 - blend_parameter(p) * 20 / segment_ticks, p=p)
 
 
 def everything(joint: JointSetpoint) -> list[object]:
@@ -99,13 +111,59 @@ def test_a_goal_keeps_its_turn_while_the_joint_goes_the_long_way_round() -> None
     begin = setpoint(START, r=1.0, second=True)
     joint.advance(begin, solve(start, joint.turn_1(begin)), solve(goal, joint.turn_2))
     angles = []
-    for n in range(1, 101):
-        state, p = (BLEND, n / 40) if n <= 40 else (LINEAR, 0.0)
-        along = setpoint(state, r=1.0 - n / 100, p=p)
-        angles.append(joint.advance(along, solve(goal, joint.turn_1(along))))
-    assert angles[49] == approx(0.0, abs=1e-9)
+    for n in range(-19, 201):
+        following = along(n, 200)
+        angles.append(joint.advance(following, solve(goal, joint.turn_1(following))))
+    assert angles[119] == approx(0.0, abs=1e-9)
     assert angles[-1] == approx(goal)
-    assert all(-0.06 < b - a < 0.0 for a, b in itertools.pairwise(angles))
+    assert all(-0.03 < b - a < 0.0 for a, b in itertools.pairwise(angles))
+
+
+def test_a_goal_keeps_its_turn_while_the_joint_runs_away_from_it() -> None:
+    """A wrist joint of +-310 degrees, the goal 2.88 rad ahead of it when the move begins.
+
+    The joint still runs backwards, so that the same goal is soon nearer by the other way.
+    """
+
+    def solve(angle: float, turn: float) -> float:
+        return nearest_turn(math.remainder(angle, math.tau), turn, -5.4, 5.4)
+
+    joint = JointSetpoint(TAU, 0.2)
+    for k in range(20):
+        followed = setpoint(IDLE, second=k == 19)
+        joint.advance(followed, 0.2 - 0.01 * k, solve(3.08, joint.turn_2))
+    begin = setpoint(START, r=1.0, second=True)
+    joint.advance(begin, solve(0.0, joint.turn_1(begin)), solve(3.08, joint.turn_2))
+    angles = [joint.theta]
+    for n in range(-19, 201):
+        following = along(n, 200)
+        angles.append(joint.advance(following, solve(3.08, joint.turn_1(following))))
+    assert min(angles) < 3.08 - math.pi
+    assert angles[-1] == approx(3.08)
+    assert all(abs(b - a) < 0.03 for a, b in itertools.pairwise(angles))
+
+
+# --- What a transition takes over -------------------------------------------------------------
+
+
+def jerk(k: int) -> float:
+    """An angle with a jerk of 120 rad/s3 and, at k = 0, no velocity or acceleration."""
+    return 20.0 * (k * TAU) ** 3
+
+
+@pytest.mark.parametrize(("left", "entered"), [(jerk, None), (None, jerk), (jerk, jerk)])
+def test_a_transition_takes_over_the_jerk_of_either_side(
+    left: Callable[[int], float] | None, entered: Callable[[int], float] | None
+) -> None:
+    old = left or (lambda k: 0.0)
+    new = entered or (lambda k: 0.0)
+    joint = JointSetpoint(TAU, old(-20))
+    angles = [joint.advance(setpoint(IDLE, second=True), old(k), new(k)) for k in range(-20, 0)]
+    angles.append(joint.advance(setpoint(START, r=1.0, second=True), 0.0, new(0)))
+    for k in range(1, 4):  # h is still zero to six digits
+        angles.append(joint.advance(setpoint(BLEND, r=1.0, p=k / 40), new(k)))
+    third = np.diff(angles, 3) / TAU**3
+    assert np.max(np.abs(np.diff(third[-6:]))) < 60.0  # a step of 120 would be 80 in one tick
 
 
 # --- Refusals ---------------------------------------------------------------------------------
@@ -154,21 +212,45 @@ def test_a_joint_move_whose_goal_was_lost_is_refused() -> None:
 # --- Missing set-points -----------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("blend", Blend)
 @pytest.mark.parametrize("mode", Mode)
 @pytest.mark.parametrize("lost", [1, 2])
-def test_set_points_missed_just_before_a_hand_over_do_not_shake_it(mode: Mode, lost: int) -> None:
+def test_set_points_missed_before_a_hand_over_do_not_shake_it(
+    mode: Mode, lost: int, blend: Blend
+) -> None:
     """The set-point is held, the histories are not: the transition starts with the true rate."""
-    rigs = Rig(), Rig()
+    rigs = Rig(blend), Rig(blend)
     for rig in rigs:
         rig.move(mode, "W1", 1.0, 0.2)
         rig.move(Mode.JOINT, "W2", 1.0, 0.2)
-        rig.run(156)
+        rig.run(200 - lost)
     whole, holed = rigs
     for _ in range(lost):
         whole.tick()
         holed.generator.tick()
         held = [joint.theta for joint in holed.joints]
         assert [joint.miss() for joint in holed.joints] == held
+    for _ in range(83):
+        assert holed.tick() == approx(whole.tick(), abs=5e-5)
+        assert [joint.rate for joint in holed.joints] == approx(
+            [joint.rate for joint in whole.joints], abs=5e-3
+        )
+    assert whole.starts() == [1, 201]
+
+
+def test_set_points_missed_while_a_moving_goal_is_watched_do_not_shake_the_transition() -> None:
+    rigs = Rig(), Rig()
+    for rig in rigs:
+        rig.move(Mode.JOINT, "W1", 1.0, 0.2)
+        rig.move(Mode.JOINT, "W2", 1.0, 0.2, (-0.05, -0.03, -0.03))
+        rig.run_to(Stage.PRE)
+        rig.run(5)
+    whole, holed = rigs
+    for _ in range(2):
+        whole.tick()
+        holed.generator.tick()
+        for joint in holed.joints:
+            joint.miss()
     for _ in range(90):
         assert holed.tick() == approx(whole.tick(), abs=2e-5)
 

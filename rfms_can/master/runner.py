@@ -66,17 +66,16 @@ class SegmentRunner:
     def settle(self, move: Move | None, tick: int) -> None:
         """Fix what follows: ``move``, or the transition to rest at this segment's goal.
 
-        The hand-over is at t_seg - t_acc of what follows; settled too late for that, it is as soon
-        as its start has been sent once.
+        The hand-over is at t_seg - t_acc of what follows; settled too late for that, it is on the
+        tick after next, once its start has been sent.
         """
-        move_left = self.segment.move
+        left = self.segment.move
         if move is None:
             self.next = self.segment.to_rest()
         else:
-            self.next = Segment.towards(move, move_left.target.pose(tick), tick)
+            self.next = Segment.towards(move, left.target.pose(tick), tick)
         self.watched = 0
-        due = move_left.segment_ticks - self.next.move.acceleration_ticks
-        self.hand_over = max(due, self.n + 2)
+        self.hand_over = left.segment_ticks - self.next.move.acceleration_ticks
 
     def idle(self, tick: int) -> CartesianSetpoint:
         """At the goal; T6_2 as soon as there is a next segment."""
