@@ -8,6 +8,7 @@ from trajectory_rig import HOME, LEFT_DOWN, TAU, TOOL, Rig
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError, RfmsError
+from rfms_can.history import window_for
 from rfms_can.kinematics import Configuration, direct
 from rfms_can.master.segment import FixedGoal, Move, whole_ticks
 from rfms_can.master.states import TRANSITIONS, Event, Stage, following
@@ -181,6 +182,28 @@ def test_the_goal_left_is_solved_in_the_old_configuration_and_the_next_in_the_ne
     assert direct(PUMA_260, tuple(rig.q[-1])) == approx(rig.setpoints[-1].T6_1, abs=1e-12)
 
 
+def test_a_move_is_complete_when_the_arm_rests_not_when_it_brakes() -> None:
+    rig = Rig()
+    rig.move(JOINT, "W1", 1.0, 0.2)
+    rig.run_to(Stage.PRE)
+    rig.run(81)
+    assert (rig.stages[-1], rig.generator.completed) == (Stage.BLEND, 0)
+    rig.tick()
+    assert (rig.stages[-1], rig.generator.completed) == (Stage.IDLE, 1)
+
+
+def test_a_moving_goal_is_watched_for_a_while_before_the_arm_joins_it() -> None:
+    rig = Rig()
+    for _ in range(2):
+        first = len(rig.q)
+        rig.move(JOINT, "W1", 1.0, 0.2, (0.0, 0.01, 0.0))
+        rig.run_to(Stage.START)
+        watched = rig.setpoints[first:-1]
+        assert len(watched) == window_for(40) - 1 == 19
+        assert all(setpoint.T6_2 is not None for setpoint in watched)
+        rig.finish()
+
+
 def test_a_moving_goal_is_followed_at_rest_too() -> None:
     rig = Rig()
     rig.move(CARTESIAN, "W1", 1.0, 0.2, (0.0, 0.05, 0.0))
@@ -231,12 +254,18 @@ def test_a_stopped_arm_is_enabled_where_it_stands_and_moves_on() -> None:
     rig.run(100)
     stood = rig.q[-1]
     rig.generator.enable(direct(PUMA_260, tuple(stood)), LEFT_DOWN)
-    rig.run(2)
-    assert rig.q[-1] == approx(stood, abs=1e-12)
     assert rig.generator.at_rest
     rig.move(JOINT, "W2", 1.0, 0.2)
-    rig.finish()
-    assert rig.generator.completed == 3
+    rig.run(2)
+    assert rig.stages[-2:] == [Stage.IDLE, Stage.START]
+    assert rig.q[-2] == approx(stood, abs=1e-12)
+    assert rig.q[-1] == approx(stood, abs=1e-12)
+    rig.run_to(Stage.LINEAR)
+    rig.generator.stop()
+    rig.run(79)
+    assert not rig.generator.stopped
+    rig.run(1)
+    assert rig.generator.stopped
     assert rig.difference(2) * TAU < 0.1
 
 
@@ -292,6 +321,16 @@ def test_a_segment_must_hold_both_its_transitions() -> None:
     rig.finish()
     assert rig.generator.completed == 3
     assert rig.difference(2) * TAU < 0.25
+
+
+def test_a_move_must_fit_the_one_that_is_settled_to_follow() -> None:
+    rig = Rig()
+    rig.move(JOINT, "W1", 2.0, 0.2)
+    rig.move(JOINT, "W2", 0.5, 0.2)
+    rig.run_to(Stage.PRE)
+    assert rig.generator.waiting == 0
+    with pytest.raises(MoveError, match=r"too long to leave move 2, .* leaves 0\.29 s"):
+        rig.move(JOINT, "W1", 1.0, 0.3)
 
 
 def test_a_segment_with_no_time_between_its_transitions_has_one_tick_between_them() -> None:

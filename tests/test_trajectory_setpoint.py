@@ -138,6 +138,7 @@ def test_a_goal_keeps_its_turn_while_the_joint_runs_away_from_it() -> None:
     for n in range(-19, 201):
         following = along(n, 200)
         angles.append(joint.advance(following, solve(3.08, joint.turn_1(following))))
+        assert joint.turn_2 == joint.turn_1(following) == approx(3.08)
     assert min(angles) < 3.08 - math.pi
     assert angles[-1] == approx(3.08)
     assert all(abs(b - a) < 0.03 for a, b in itertools.pairwise(angles))
