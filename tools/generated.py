@@ -1,0 +1,37 @@
+"""Keep the generated part of a Markdown file true: what stands between its two marker comments."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+def with_section(text: str, tool: str, section: str) -> str:
+    """``text`` with the part between the markers of ``tool`` replaced.
+
+    Raises:
+        SystemExit: the markers are not there.
+    """
+    begin, end = f"<!-- begin {tool} -->\n", f"<!-- end {tool} -->\n"
+    before, opening, rest = text.partition(begin)
+    _, closing, after = rest.partition(end)
+    if not opening or not closing:
+        sys.exit(f"no section {begin.strip()} ... {end.strip()}: add the two lines")
+    return f"{before}{begin}\n{section.strip()}\n\n{end}{after}"
+
+
+def main(tool: str, file: str, render: Callable[[], str]) -> None:
+    """Write the section, or with ``--check`` exit 1 if it is not up to date."""
+    parser = argparse.ArgumentParser(description=f"Write the generated part of docs/{file}.")
+    parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if it is old")
+    check: bool = parser.parse_args().check
+    path = DOCS / file
+    text = path.read_text(encoding="utf-8")
+    new = with_section(text, tool, render())
+    if text == new:
+        return
+    if check:
+        sys.exit(f"docs/{file} is not up to date: run python tools/{tool}")
+    path.write_text(new, encoding="utf-8")
