@@ -4,6 +4,7 @@ Frames are refused and counted before anyone acts on them; frames to send are co
 back to the driver. No I/O, no clock.
 """
 
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
@@ -17,8 +18,8 @@ from rfms_can.wire.records import Heartbeat
 _MAX_U16: Final = 0xFFFF
 
 
-class Endpoint:
-    """Base of all nodes.
+class Endpoint(ABC):
+    """Base of all nodes: half of the node protocol; time is each node's own.
 
     Args:
         number: node number (``wire.NODE_NAMES``).
@@ -44,6 +45,14 @@ class Endpoint:
         self._receivers: list[Receiver[Any]] = []
         self._senders: list[Sender[Any]] = []
         self._heartbeat = self._sends(Heartbeat, number)
+
+    @abstractmethod
+    def on_time(self, now_ns: int) -> Sequence[Frame]:
+        """Do what is due."""
+
+    @abstractmethod
+    def next_deadline_ns(self) -> int | None:
+        """When ``on_time`` wants to be called next."""
 
     @property
     def accepts(self) -> frozenset[int]:
@@ -76,10 +85,15 @@ class Endpoint:
         return frames
 
     def _hears(
-        self, record: type[NamedTuple], node: int | None, act: Callable[[Any], None]
+        self,
+        record: type[NamedTuple],
+        node: int | None,
+        act: Callable[[Any], None],
+        *,
+        ordered: bool = True,
     ) -> None:
         """Let ``act`` have the values of every good frame of a message."""
-        receiver = self.wire.receiver(record, node, self.refused)
+        receiver = self.wire.receiver(record, node, self.refused, ordered=ordered)
         self._receivers.append(receiver)
         self._handlers[self.wire.id(record, node)] = (receiver.take, act)
 
@@ -96,10 +110,14 @@ class Endpoint:
         frames, self._out = self._out, []
         return frames
 
-    def _restart_counters(self) -> None:
-        """All counters of sent and heard frames begin anew, as when the arm is enabled."""
+    def _hear_anew(self) -> None:
+        """Take the next frame of every sender whatever its counter: they may have started anew."""
         for receiver in self._receivers:
             receiver.reset()
+
+    def _restart_counters(self) -> None:
+        """All counters of sent and heard frames begin anew, as when the arm is enabled."""
+        self._hear_anew()
         for sender in self._senders:
             sender.reset()
 

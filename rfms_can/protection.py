@@ -101,17 +101,28 @@ class Decoder(Generic[Record]):
 class Receiver(Generic[Record]):
     """Takes the frames of one message for one node, and counts what it refuses.
 
+    Args:
+        decoder: checks and unpacks.
+        refused: counts refusals by reason; one for all receivers of a node.
+        ordered: whether the counter must go on; not where a new sender must be heard at once.
+
     Attributes:
         lost: frames missed, by gaps of the counter.
         refused: refusals by reason, shared with the node's other receivers if one is given.
     """
 
-    __slots__ = ("_counter", "_decode", "_protected", "decoder", "lost", "refused")
+    __slots__ = ("_counter", "_decode", "_ordered", "decoder", "lost", "refused")
 
-    def __init__(self, decoder: Decoder[Record], refused: "Counter[Refusal] | None" = None) -> None:
+    def __init__(
+        self,
+        decoder: Decoder[Record],
+        refused: "Counter[Refusal] | None" = None,
+        *,
+        ordered: bool = True,
+    ) -> None:
         self.decoder = decoder
         self._decode: Callable[[Frame], Record | Refusal] = decoder.decode
-        self._protected = decoder.codec.data_id is not None
+        self._ordered = ordered and decoder.codec.data_id is not None
         self._counter: int | None = None
         self.lost = 0
         self.refused: Counter[Refusal] = Counter() if refused is None else refused
@@ -126,7 +137,7 @@ class Receiver(Generic[Record]):
         if values.__class__ is Refusal:
             self.refused[values] += 1
             return None
-        if self._protected:
+        if self._ordered:
             counter = frame.data[_COUNTER]
             if self._counter is not None:
                 step = (counter - self._counter) & 0xFF

@@ -32,14 +32,20 @@ __all__ = ["NodeDriver", "PythonCanPort", "open_port", "run_node"]
 
 
 def open_port(
-    url: str, accepts: frozenset[int], *, client: str = "", on_foreign: OnForeign | None = None
+    url: str,
+    accepts: frozenset[int] | None,
+    *,
+    client: str = "",
+    echo: bool = False,
+    on_foreign: OnForeign | None = None,
 ) -> Port:
     """A port on the bus a URL names.
 
     Args:
         url: see ``url.py``; not ``sim``, which has no ports.
-        accepts: identifiers to hear.
+        accepts: identifiers to hear; None for all.
         client: what a hub calls this port in its statistics.
+        echo: whether to hear own frames of these identifiers too, once they have gone out.
         on_foreign: called for each frame that is no data frame with an 11-bit identifier.
 
     Raises:
@@ -52,26 +58,28 @@ def open_port(
             "(rfms hub NAME, then hub:NAME) or on a CAN interface"
         )
     if bus.interface == HUB:
-        return HubPort(bus.channel, accepts, client=client, on_foreign=on_foreign)
+        return HubPort(bus.channel, accepts, client=client, echo=echo, on_foreign=on_foreign)
     if bus.interface == SOCKETCAN:
-        return _open_socketcan(bus, accepts, on_foreign)
-    return PythonCanPort(_open_python_can(bus), url, accepts, on_foreign)
+        return _open_socketcan(bus, accepts, echo, on_foreign)
+    return PythonCanPort(_open_python_can(bus, echo), url, accepts, on_foreign)
 
 
 def _open_socketcan(
-    bus: BusUrl, accepts: frozenset[int], on_foreign: OnForeign | None
+    bus: BusUrl, accepts: frozenset[int] | None, echo: bool, on_foreign: OnForeign | None
 ) -> SocketCanPort:
     # this class by name: can.Bus would read configuration files that may redirect it
     from can.interfaces.socketcan import SocketcanBus  # noqa: PLC0415 (Linux only)
 
     device = bus.channel
     # one exact filter an identifier; extended frames of the same number do not pass
-    filters: list[can.typechecking.CanFilter] = [
-        {"can_id": identifier, "can_mask": MAX_ID, "extended": False}
-        for identifier in sorted(accepts)
-    ]
+    filters: list[can.typechecking.CanFilter] | None = None
+    if accepts is not None:
+        filters = [
+            {"can_id": identifier, "can_mask": MAX_ID, "extended": False}
+            for identifier in sorted(accepts)
+        ]
     try:
-        opened = SocketcanBus(device, fd=True, can_filters=filters)
+        opened = SocketcanBus(device, receive_own_messages=echo, fd=True, can_filters=filters)
     except OSError as error:
         raise BusError(
             f"bus '{bus}' is not there ({error.strerror}): make it with 'ip link add {device} "
@@ -81,8 +89,10 @@ def _open_socketcan(
     return SocketCanPort(opened.socket, device, on_foreign, opened.shutdown)
 
 
-def _open_python_can(bus: BusUrl) -> can.BusABC:
+def _open_python_can(bus: BusUrl, echo: bool) -> can.BusABC:
     arguments: dict[str, Any] = {"fd": True, **bus.options}
+    if echo:
+        arguments["receive_own_messages"] = True
     try:
         return can.Bus(
             channel=bus.channel, interface=bus.interface, ignore_config=True, **arguments
@@ -101,8 +111,8 @@ class PythonCanPort:
     Args:
         bus: the opened bus; the port closes it.
         url: what error messages call it.
-        accepts: identifiers to hear. They are picked here: with python-can's own filters a
-            frame that is not wanted would end a ``recv`` that does not wait.
+        accepts: identifiers to hear, None for all. They are picked here: with python-can's own
+            filters a frame that is not wanted would end a ``recv`` that does not wait.
         on_foreign: called for each frame that is none for nodes.
 
     Attributes:
@@ -113,7 +123,7 @@ class PythonCanPort:
         self,
         bus: can.BusABC,
         url: str,
-        accepts: frozenset[int],
+        accepts: frozenset[int] | None,
         on_foreign: OnForeign | None = None,
     ) -> None:
         self._bus = bus
@@ -154,7 +164,7 @@ class PythonCanPort:
             frame = _as_frame(message)
             if frame is None:
                 self._count_foreign("error" if message.is_error_frame else "not 11-bit data")
-            elif frame.id in self._accepts:
+            elif self._accepts is None or frame.id in self._accepts:
                 self.statistics["received"] += 1
                 return frame
 

@@ -116,7 +116,7 @@ class Arm:
         """
         if not isinstance(value, Transform):
             raise EquationError(f"transform {name!r}: a Transform is needed, not {value!r}")
-        self._request(TransformMessage(name, tuple(value)))
+        self._request(TransformMessage(name, value))
         return Expression(name)
 
     def position(

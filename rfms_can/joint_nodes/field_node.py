@@ -17,7 +17,6 @@ from rfms_can.wire import ESTOP_VALUES, HEARTBEAT_EVERY, Wire
 from rfms_can.wire.configuration import configuration_hash
 from rfms_can.wire.records import Config, ConfigAck, Emcy, Estop, Nmt, Sync
 from rfms_can.wire.vocabulary import (
-    Clock,
     Command,
     ConfigStatus,
     FaultCode,
@@ -37,6 +36,7 @@ class FieldNode(Endpoint):
     Args:
         number: node number, 1 to 6 joints, 7 gripper.
         wire, boot_id: see ``Endpoint``.
+        watch_ns: time between two SYNCs, ns: the control period, or the barrier in lockstep.
 
     Attributes:
         state: node state.
@@ -45,7 +45,7 @@ class FieldNode(Endpoint):
         faults: faults detected since start, by code.
     """
 
-    def __init__(self, number: int, wire: Wire, boot_id: int) -> None:
+    def __init__(self, number: int, wire: Wire, boot_id: int, watch_ns: int) -> None:
         super().__init__(number, wire, boot_id)
         self.state = NodeState.INIT
         self.cycle = -1
@@ -56,11 +56,11 @@ class FieldNode(Endpoint):
         self.config_hash = 0
         self._ladder = Ladder()
         self._deadline_ns: int | None = 0
-        self._watch_ns = 0
+        self._watch_ns = watch_ns
         self._emcy = self._sends(Emcy, number)
         self._ack = self._sends(ConfigAck, number)
         self._hears(Estop, None, self._on_estop)
-        self._hears(Nmt, None, self._on_command)
+        self._hears(Nmt, None, self._on_command, ordered=False)  # a master may start anew
         self._hears(Sync, None, self._on_sync)
         self._hears(Config, number, self._on_config)
 
@@ -140,9 +140,6 @@ class FieldNode(Endpoint):
         self.cycle = sync.cycle
         self.bus_state = NodeState(sync.state)
         if self.config_hash:
-            lockstep = sync.clock == Clock.LOCKSTEP
-            period = self.parameters[Parameter.BARRIER if lockstep else Parameter.PERIOD]
-            self._watch_ns = round(period * 1e9)
             self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
             self._announce()
@@ -173,15 +170,18 @@ class FieldNode(Endpoint):
             self.ignored["HOME without configuration"] += 1
             return
         if event in (Event.START, Event.RESET):
-            self._start_anew()
+            self._forget_faults()
+        if event is Event.START:
+            self._restart_counters()
+        elif event is Event.RESET:
+            self._hear_anew()
         self._change(event)
 
-    def _start_anew(self) -> None:
-        """START and RESET begin a new life of all counters; faults are history after RESET."""
+    def _forget_faults(self) -> None:
+        """START and RESET begin a new life: what went wrong before is history."""
         self.reaction = Reaction.NONE
         self._ladder.reset()
         self.faults.clear()
-        self._restart_counters()
 
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES and self.state is not NodeState.INIT:

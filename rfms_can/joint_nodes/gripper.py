@@ -26,8 +26,8 @@ class GripperNode(FieldNode):
         resting: cycles the jaw has not moved by more than a count.
     """
 
-    def __init__(self, wire: Wire, boot_id: int) -> None:
-        super().__init__(GRIPPER, wire, boot_id)
+    def __init__(self, wire: Wire, boot_id: int, watch_ns: int) -> None:
+        super().__init__(GRIPPER, wire, boot_id, watch_ns)
         self.opening: float | None = None
         self.resting = 0
         self._command = GripperCommand.HOLD
@@ -41,7 +41,7 @@ class GripperNode(FieldNode):
         self._hears(Gripper, None, self._on_gripper)
 
     def _configured(self) -> bool:
-        needed = (Parameter.PERIOD, Parameter.BARRIER, Parameter.TORQUE_LIMIT)
+        needed = (Parameter.PERIOD, Parameter.TORQUE_LIMIT)
         scales = (Parameter.TORQUE_PER_CODE, Parameter.COUNTS_PER_UNIT, Parameter.POSITION_MAX)
         return all(p in self.parameters for p in (*needed, *scales))
 

@@ -53,8 +53,8 @@ class JointNode(FieldNode):
         torque: last commanded torque, Nm.
     """
 
-    def __init__(self, joint: int, wire: Wire, boot_id: int) -> None:
-        super().__init__(joint, wire, boot_id)
+    def __init__(self, joint: int, wire: Wire, boot_id: int, watch_ns: int) -> None:
+        super().__init__(joint, wire, boot_id, watch_ns)
         self.rows = RowSets(joint)
         self.theta = self.speed = self.torque = 0.0
         self._servo: Servo

@@ -51,13 +51,15 @@ class BringUp:
 
     def call(self, now_ns: int) -> Sequence[Frame]:
         """Ask those who are silent, again; in vain for too long is a problem."""
+        first = self._until_ns is None
         if self._until_ns is None:
             self._until_ns = now_ns + self._patience_ns
         if now_ns >= self._until_ns:
             self.problem = self._whom_we_wait_for()
             return ()
         if not self._configuring:
-            return (self._nmt.frame(Command.ANNOUNCE, 0, 0),)
+            announce = self._nmt.frame(Command.ANNOUNCE, 0, 0)
+            return (self._nmt.frame(Command.RESET, 0, 0), announce) if first else (announce,)
         return [d.current() for d in self._dialogues.values() if not d.done]
 
     def _whom_we_wait_for(self) -> str:

@@ -31,16 +31,13 @@ STOPPING_PART: Final = 0.5
 Parameters = dict[Parameter, float]
 
 
-def joint_parameters(
-    arm: Arm, friction_name: str, period_s: float, barrier_s: float
-) -> dict[int, Parameters]:
+def joint_parameters(arm: Arm, friction_name: str, period_s: float) -> dict[int, Parameters]:
     """Parameters of joint nodes 1 to 6.
 
     Args:
         arm: the arm on the bus.
         friction_name: friction set the servos compensate.
         period_s: control period, s.
-        barrier_s: longest lockstep cycle, s.
     """
     inertia = ArmDynamics(arm).inertia_matrix(arm.park)
     frictions = friction_set(arm, friction_name)
@@ -53,7 +50,6 @@ def joint_parameters(
         result[joint] = {
             Parameter.ARM_ID: float(arm.arm_id),
             Parameter.PERIOD: period_s,
-            Parameter.BARRIER: barrier_s,
             Parameter.KP: stiffness,
             Parameter.KI: INTEGRAL_RATE * stiffness,
             Parameter.KD: 2.0 * DAMPING_RATIO * float(inertia[i, i]) * NATURAL_FREQUENCY,
@@ -81,13 +77,12 @@ def joint_parameters(
     return result
 
 
-def gripper_parameters(arm: Arm, period_s: float, barrier_s: float) -> Parameters:
+def gripper_parameters(arm: Arm, period_s: float) -> Parameters:
     """Parameters of the gripper node; its unit is the metre."""
     gripper = arm.gripper
     return {
         Parameter.ARM_ID: float(arm.arm_id),
         Parameter.PERIOD: period_s,
-        Parameter.BARRIER: barrier_s,
         Parameter.TORQUE_LIMIT: gripper.force_limit,
         Parameter.TORQUE_PER_CODE: gripper.force_per_dac_code,
         Parameter.COUNTS_PER_UNIT: gripper.counts_per_metre,
@@ -95,12 +90,10 @@ def gripper_parameters(arm: Arm, period_s: float, barrier_s: float) -> Parameter
     }
 
 
-def all_parameters(
-    arm: Arm, friction_name: str, period_s: float, barrier_s: float
-) -> dict[int, Parameters]:
+def all_parameters(arm: Arm, friction_name: str, period_s: float) -> dict[int, Parameters]:
     """Parameters of nodes 1 to 7, rounded to the float32 they travel as."""
-    nodes = joint_parameters(arm, friction_name, period_s, barrier_s)
-    nodes[GRIPPER] = gripper_parameters(arm, period_s, barrier_s)
+    nodes = joint_parameters(arm, friction_name, period_s)
+    nodes[GRIPPER] = gripper_parameters(arm, period_s)
     number = struct.Struct("<f")
     return {
         node: {p: number.unpack(number.pack(v))[0] for p, v in parameters.items()}

@@ -1,4 +1,4 @@
-"""Numbers of a run: tracking errors per joint, cycles, misses, lateness. No allocation per cycle."""
+"""Numbers of a run: tracking errors per joint, cycles, misses, lateness."""
 
 import math
 from collections.abc import Sequence
@@ -30,12 +30,9 @@ class Tracking:
         self._squares += error * error
         self.count += 1
         size = -error if error < 0.0 else error
-        if size > self.largest:
-            self.largest = size
-        if error < self.lowest:
-            self.lowest = error
-        if error > self.highest:
-            self.highest = error
+        self.largest = max(self.largest, size)
+        self.lowest = min(self.lowest, error)
+        self.highest = max(self.highest, error)
 
     @property
     def rms(self) -> float:

@@ -16,7 +16,7 @@ from rfms_can.node import NOTHING
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, HEARTBEAT_EVERY, JOINTS, PLANT, Wire
 from rfms_can.wire.records import Dac, Estop, Measure, Nmt, Reference, Sync
-from rfms_can.wire.vocabulary import Clock, Command, NodeState
+from rfms_can.wire.vocabulary import Command, NodeState
 
 SILENT_CYCLES: Final = 3
 """Cycles without a DAC frame after which the plant brakes a joint."""
@@ -28,20 +28,15 @@ class PlantNode(Endpoint):
     Args:
         physics: what happens between two SYNCs.
         wire, boot_id: see ``Endpoint``.
-        period_ns: control period, ns.
-        barrier_ns: how long a lockstep cycle may take before it counts as missed, ns.
+        watch_ns: time between two SYNCs, ns: the control period, or the barrier in lockstep.
     """
 
-    def __init__(
-        self, physics: PlantPhysics, wire: Wire, boot_id: int, period_ns: int, barrier_ns: int
-    ) -> None:
+    def __init__(self, physics: PlantPhysics, wire: Wire, boot_id: int, watch_ns: int) -> None:
         super().__init__(PLANT, wire, boot_id)
         self.physics = physics
         self.state = NodeState.INIT
         self.cycle = 0
-        self._period_ns = period_ns
-        self._barrier_ns = barrier_ns
-        self._watch_ns = period_ns
+        self._watch_ns = watch_ns
         self._deadline_ns: int | None = 0
         self._started = False
         self._bus_state = NodeState.PREOP
@@ -52,7 +47,7 @@ class PlantNode(Endpoint):
         self._measures = [self._sends(Measure, n) for n in (*JOINTS, GRIPPER)]
         self._references = [self._sends(Reference, n) for n in JOINTS]
         self._hears(Estop, None, self._on_estop)
-        self._hears(Nmt, None, self._on_command)
+        self._hears(Nmt, None, self._on_command, ordered=False)  # a master may start anew
         self._hears(Sync, None, self._on_sync)
         for n in (*JOINTS, GRIPPER):
             self._hears(Dac, n, partial(self._on_dac, n - 1))
@@ -80,7 +75,6 @@ class PlantNode(Endpoint):
             return
         self.state = NodeState.OPERATIONAL
         self._bus_state = NodeState(sync.state)
-        self._watch_ns = self._barrier_ns if sync.clock == Clock.LOCKSTEP else self._period_ns
         self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
             self._beat(self.state)
@@ -138,8 +132,10 @@ class PlantNode(Endpoint):
             return
         if nmt.command == Command.ANNOUNCE:
             self._beat(self.state)
-        elif nmt.command in (Command.START, Command.RESET):
+        elif nmt.command == Command.START:
             self._restart_counters()
+        elif nmt.command == Command.RESET:
+            self._hear_anew()
 
     def _on_estop(self, estop: Estop) -> None:
         """Torque off and brakes on, whatever the nodes say."""

@@ -1,9 +1,13 @@
 """A candump log (``candump -L`` form): what canplayer, python-can and cantools read."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TextIO
 
 from rfms_can.frame import Frame
+from rfms_can.wire import Wire
+from rfms_can.wire.records import Sync
+from rfms_can.wire.vocabulary import NodeState
 
 _FLAGS_BRS = "1"
 
@@ -71,3 +75,27 @@ def read_candump(path: Path) -> list[tuple[float, Frame]]:
         except ValueError as error:
             raise ValueError(f"{path}, line {number}: no candump line: {line[:60]!r}") from error
     return frames
+
+
+Cycle = tuple[tuple[int, bytes], ...]
+"""Identifiers and payloads of one control cycle, sorted: the order on the bus may differ."""
+
+
+def cycles_from_enable(frames: Iterable[Frame], wire: Wire) -> list[Cycle]:
+    """Control cycles from enable on, until the arm is disabled; what two runs are compared by."""
+    sync = wire.receiver(Sync)
+    sync_id = wire.id(Sync)
+    cycles: list[Cycle] = []
+    current: list[tuple[int, bytes]] | None = None
+    for frame in frames:
+        if frame.id == sync_id:
+            values = sync.decoder.decode(frame)
+            if current is not None:
+                cycles.append(tuple(sorted(current)))
+            enabled = isinstance(values, Sync) and values.state == NodeState.OPERATIONAL
+            current = [] if enabled else None
+        if current is not None:
+            current.append((frame.id, frame.data))
+    if current is not None:
+        cycles.append(tuple(sorted(current)))
+    return cycles

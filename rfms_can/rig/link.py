@@ -1,6 +1,7 @@
 """A program's link to a supervisor in its own process: time goes on only while it waits."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from rfms_can.errors import FaultError
@@ -8,6 +9,7 @@ from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import GripperRequest, Message, MoveRequest
+from rfms_can.rig.realtime import ThreadedPump
 from rfms_can.transform import Transform
 
 STILL_CYCLES: Final = 12
@@ -57,8 +59,9 @@ class DirectLink:
             raise FaultError(supervisor.fault)
 
     def request(self, message: Message) -> int:
-        """Hand a message to the supervisor."""
-        answer = self._supervisor.handle(message)
+        """Hand a message to the supervisor; in real time in the thread that runs it."""
+        handle = partial(self._supervisor.handle, message)
+        answer = self._pump.do(handle) if isinstance(self._pump, ThreadedPump) else handle()
         if isinstance(message, GripperRequest):
             self._jaw_still = 0
         elif isinstance(message, MoveRequest):

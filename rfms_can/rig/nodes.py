@@ -11,12 +11,12 @@ from rfms_can.wire import GRIPPER, Wire
 
 def make_joint(joint: int, settings: RunSettings, wire: Wire) -> JointNode:
     """Joint node 1 to 6."""
-    return JointNode(joint, wire, settings.boot_id(joint))
+    return JointNode(joint, wire, settings.boot_id(joint), settings.watch_ns)
 
 
 def make_gripper(settings: RunSettings, wire: Wire) -> GripperNode:
     """Node 7."""
-    return GripperNode(wire, settings.boot_id(GRIPPER))
+    return GripperNode(wire, settings.boot_id(GRIPPER), settings.watch_ns)
 
 
 def make_master(settings: RunSettings, wire: Wire) -> Supervisor:
@@ -27,4 +27,4 @@ def make_master(settings: RunSettings, wire: Wire) -> Supervisor:
 def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:
     """Node 9."""
     physics = PlantPhysics(settings.the_arm, settings.friction, settings.rate)
-    return PlantNode(physics, wire, settings.boot_id(9), settings.period_ns, settings.barrier_ns)
+    return PlantNode(physics, wire, settings.boot_id(9), settings.watch_ns)

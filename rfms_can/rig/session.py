@@ -12,9 +12,11 @@ from typing import Protocol
 from rfms_can.coordinator import Arm
 from rfms_can.errors import FaultError
 from rfms_can.master.phases import Phase
+from rfms_can.master.settings import Clock
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import StopRequest
 from rfms_can.rig.link import DirectLink
+from rfms_can.rig.realtime import ThreadedPump
 from rfms_can.rig.result import RunResult, discarded_frames, joint_results
 
 Program = Callable[[Arm], None]
@@ -73,7 +75,9 @@ class Session:
     ) -> None:
         self.rig = rig
         self.supervisor = rig.supervisor
-        self.link = DirectLink(rig.supervisor, rig.pump, self._on_cycle)
+        threaded = rig.supervisor.settings.clock is Clock.REALTIME
+        self._thread = ThreadedPump(rig.pump) if threaded else None
+        self.link = DirectLink(rig.supervisor, self._thread or rig.pump, self._on_cycle)
         self.commanded: array[float] = array("d")
         self._bus_bound = bus_bound
         self._progress = progress
@@ -136,6 +140,11 @@ class Session:
         supervisor.stop()
         if supervisor.next_deadline_ns() is not None:
             self.link.pass_time(lambda: supervisor.ended)
+
+    def close(self) -> None:
+        """End the bus' thread, where there is one."""
+        if self._thread is not None:
+            self._thread.close()
 
     def result(self) -> RunResult:
         """The numbers so far."""

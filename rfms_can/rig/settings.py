@@ -1,14 +1,17 @@
 """What a run is made of; every field is a flag of ``rfms run`` and a key of the config file."""
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from enum import IntEnum
+from typing import Any, TypeVar
 
 from rfms_can.arm import Arm, arm_by_name, friction_set
 from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.errors import RfmsError
-from rfms_can.master.supervisor import MasterSettings
+from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.plant.physics import physics_steps
-from rfms_can.wire.vocabulary import Blend, Clock
+from rfms_can.wire.vocabulary import Blend
+
+Kind = TypeVar("Kind", bound=IntEnum)
 
 
 class SettingsError(RfmsError, ValueError):
@@ -80,21 +83,16 @@ class RunSettings:
         return choice("clock", self.clock or ("virtual" if self.simulated else "lockstep"), Clock)
 
     @property
-    def period_ns(self) -> int:
-        """Control period, ns."""
-        return round(1e9 / self.rate)
-
-    @property
-    def barrier_ns(self) -> int:
-        """Longest lockstep cycle, ns."""
-        return round(self.barrier * 1e9)
+    def watch_ns(self) -> int:
+        """Time between two SYNCs, ns: the control period, or the barrier in lockstep."""
+        return self.master().cycle_limit_ns
 
     def boot_id(self, node: int) -> int:
         """Boot id of a node: the same in every run with the same seed."""
         return (self.seed << 8 | node) & 0xFFFFFFFF
 
-    def master(self) -> MasterSettings:
-        """The master's part of it."""
+    def master(self, *, paced: bool = False) -> MasterSettings:
+        """The master's part of it; ``paced`` for a bus that idles."""
         return MasterSettings(
             rate_hz=self.rate,
             clock=self.the_clock,
@@ -102,6 +100,7 @@ class RunSettings:
             blend=choice("blend", self.blend, Blend),
             barrier_s=self.barrier,
             patience_s=self.patience,
+            paced=paced,
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -109,7 +108,7 @@ class RunSettings:
         return asdict(self)
 
 
-def choice(what: str, word: str, kind: Any) -> Any:
+def choice(what: str, word: str, kind: type[Kind]) -> Kind:
     """The member of an enumeration that a lower-case word names."""
     words = {member.name.lower(): member for member in kind}
     if word not in words:

@@ -115,8 +115,10 @@ class Wire:
         record: type[Record],
         node: int | None = None,
         refused: Counter[Refusal] | None = None,
+        *,
+        ordered: bool = True,
     ) -> Receiver[Record]:
         """A new receiver of a message, with a counter of its own; decoding is shared."""
         codec = self.codec(record, node)
         decoder = self._decoders.setdefault(codec.name, Decoder(codec))
-        return Receiver(decoder, refused)
+        return Receiver(decoder, refused, ordered=ordered)

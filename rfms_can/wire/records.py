@@ -28,7 +28,6 @@ class Sync(NamedTuple):
     state: int
     row_set: int
     dbc_hash: int
-    clock: int
 
 
 class Emcy(NamedTuple):

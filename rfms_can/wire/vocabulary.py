@@ -15,14 +15,6 @@ class NodeState(IntEnum):
     FAULT = 6
 
 
-class Clock(IntEnum):
-    """How deadlines are counted."""
-
-    VIRTUAL = 0
-    LOCKSTEP = 1
-    REALTIME = 2
-
-
 class Command(IntEnum):
     """Network management commands."""
 
@@ -110,30 +102,29 @@ class Parameter(IntEnum):
 
     ARM_ID = 0
     PERIOD = 1
-    BARRIER = 2
-    KP = 3
-    KI = 4
-    KD = 5
-    INTEGRAL_LIMIT = 6
-    INTEGRAL_DEADBAND = 7
-    NATURAL_FREQUENCY = 8
-    DAMPING_RATIO = 9
-    TORQUE_LIMIT = 10
-    TORQUE_PER_CODE = 11
-    COUNTS_PER_UNIT = 12
-    RATE_PER_CODE = 13
-    COULOMB_POSITIVE = 14
-    COULOMB_NEGATIVE = 15
-    VISCOUS = 16
-    FRICTION_SPEED = 17
-    POSITION_MIN = 18
-    POSITION_MAX = 19
-    SPEED_LIMIT = 20
-    ACCELERATION_LIMIT = 21
-    COARSE_PER_CODE = 22
-    COARSE_ZERO = 23
-    INDEX_INTERVAL_COUNTS = 24
-    HOMING_SPEED = 25
+    KP = 2
+    KI = 3
+    KD = 4
+    INTEGRAL_LIMIT = 5
+    INTEGRAL_DEADBAND = 6
+    NATURAL_FREQUENCY = 7
+    DAMPING_RATIO = 8
+    TORQUE_LIMIT = 9
+    TORQUE_PER_CODE = 10
+    COUNTS_PER_UNIT = 11
+    RATE_PER_CODE = 12
+    COULOMB_POSITIVE = 13
+    COULOMB_NEGATIVE = 14
+    VISCOUS = 15
+    FRICTION_SPEED = 16
+    POSITION_MIN = 17
+    POSITION_MAX = 18
+    SPEED_LIMIT = 19
+    ACCELERATION_LIMIT = 20
+    COARSE_PER_CODE = 21
+    COARSE_ZERO = 22
+    INDEX_INTERVAL_COUNTS = 23
+    HOMING_SPEED = 24
     COMMIT = 255
 
 

@@ -1,0 +1,56 @@
+"""``rfms``: the command line. Exit code 0 only on success; errors are one line."""
+
+import sys
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from rfms_can import __version__
+from rfms_can.cli.budget import budget
+from rfms_can.cli.demo import demo
+from rfms_can.cli.hub import hub
+from rfms_can.cli.kin import kin
+from rfms_can.cli.nodes import gripper, joint, master, plant
+from rfms_can.cli.run import run
+from rfms_can.cli.up import up
+from rfms_can.errors import RfmsError
+
+app = typer.Typer(
+    name="rfms",
+    help="A robot force and motion server over CAN FD: master, joint nodes, plant.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for _verb in (demo, run, up, master, joint, gripper, plant, hub, kin, budget):
+    app.command(_verb.__name__)(_verb)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"rfms {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="and exit")
+    ] = False,
+) -> None:
+    """Options of all verbs."""
+
+
+def main() -> None:
+    """Entry point: our own errors are one line and exit code 1."""
+    try:
+        app()
+    except RfmsError as error:
+        Console(stderr=True, soft_wrap=True, highlight=False).print(
+            f"rfms: {error}", markup=False, style="red"
+        )
+        sys.exit(1)
+    except BrokenPipeError:
+        sys.exit(1)

@@ -1,0 +1,91 @@
+"""``rfms plot DIR``: the plots of a recorded run, and thesis Figures 3.3 to 3.5."""
+
+import json
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rfms_can.analysis.recording import Recording, load_recording
+
+
+class Figures(StrEnum):
+    """Which figures are drawn."""
+
+    RUN = "run"
+    THESIS = "thesis"
+    ALL = "all"
+
+
+class Format(StrEnum):
+    """File format of the figures."""
+
+    PNG = "png"
+    SVG = "svg"
+    PDF = "pdf"
+
+
+def plot(
+    directory: Annotated[Path, typer.Argument(help="what rfms run --record wrote")],
+    *,
+    out: Annotated[
+        Path | None, typer.Option(help="where the figures go; DIRECTORY/figures if not given")
+    ] = None,
+    joint: Annotated[
+        int | None,
+        typer.Option(min=1, max=6, help="one sheet of this joint; thesis figures show it too"),
+    ] = None,
+    figures: Annotated[
+        Figures,
+        typer.Option(help="run: overview and quantities; thesis: Figs 3.3 to 3.5; all: both"),
+    ] = Figures.RUN,
+    file_format: Annotated[Format, typer.Option("--format", help="file format")] = Format.PNG,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+) -> None:
+    """Draw a recorded run: position, velocity, acceleration, jerk, error, torque, bus load.
+
+    thesis needs a run of examples/figures.py, or any that goes one way in joint mode, again with a
+    longer acceleration time, and in Cartesian mode.
+    """
+    recording = load_recording(directory)
+    written = _draw(recording, out or directory / "figures", figures, joint, file_format.value)
+    if as_json:
+        report = {
+            "figures": [str(path) for path in written],
+            "cycles": len(recording.log.cycle),
+            "frames": recording.log.frames,
+            "refused": recording.log.refused,
+        }
+        sys.stdout.write(json.dumps(report) + "\n")
+        return
+    if recording.log.refused:
+        typer.echo(f"{recording.log.refused} frames of the log break the DBC: left out", err=True)
+    for path in written:
+        typer.echo(path)
+
+
+def _draw(
+    recording: Recording, out: Path, figures: Figures, joint: int | None, suffix: str
+) -> list[Path]:
+    """Draw what was asked for; matplotlib is loaded here and only here."""
+    from rfms_can.analysis.plots import draw_joint, draw_run
+    from rfms_can.analysis.thesis_figures import draw_thesis
+
+    written: list[Path] = []
+    if figures is not Figures.THESIS:
+        if joint is None:
+            written += draw_run(recording, out, suffix)
+        for number in _joints(figures, joint):
+            written.append(draw_joint(recording, number, out, suffix))
+    if figures is not Figures.RUN:
+        written += draw_thesis(recording, joint or 1, out, suffix)
+    return written
+
+
+def _joints(figures: Figures, joint: int | None) -> tuple[int, ...]:
+    """Joints with a sheet of their own."""
+    if joint is not None:
+        return (joint,)
+    return (1, 2, 3, 4, 5, 6) if figures is Figures.ALL else ()

@@ -1,0 +1,109 @@
+"""What a person sees of a run: a progress line while it goes on, a table at its end."""
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn
+from rich.table import Column, Table
+
+from rfms_can.rig.result import RunResult
+from rfms_can.rig.session import Progress as OnProgress
+from rfms_can.rig.session import Session
+
+console = Console(stderr=True)
+"""Progress and tables go to standard error: standard output is for what programs read."""
+
+
+@contextmanager
+def progress_line(title: str, *, quiet: bool) -> Iterator[OnProgress | None]:
+    """Show a progress line while a run goes on; gives what the run reports to."""
+    if quiet:
+        yield None
+        return
+    columns = (
+        SpinnerColumn(),
+        TextColumn("[bold]{task.description}"),
+        TextColumn("{task.fields[phase]:<9}", table_column=_whole()),
+        TextColumn("cycle {task.fields[cycle]:>6}", table_column=_whole()),
+        TextColumn("{task.fields[seconds]:6.2f} s", table_column=_whole()),
+        TextColumn("{task.fields[speed]:4.1f}x real time", table_column=_whole()),
+    )
+    with Progress(*columns, console=console, transient=False) as progress:
+        task = progress.add_task(
+            title, total=None, phase="ROLL_CALL", cycle=0, seconds=0.0, speed=0.0
+        )
+        began: dict[str, float] = {}
+
+        def report(session: Session) -> None:
+            supervisor = session.supervisor
+            cycles = supervisor.statistics.cycles
+            seconds = cycles / supervisor.settings.rate_hz
+            elapsed = time.perf_counter() - began.setdefault("at", time.perf_counter())
+            progress.update(
+                task,
+                phase=supervisor.phase.name,
+                cycle=cycles,
+                seconds=seconds,
+                speed=seconds / elapsed if elapsed > 0.0 else 0.0,
+            )
+
+        yield report
+        progress.update(task, total=1, completed=1)
+
+
+def _whole() -> Column:
+    """A column that is never cut."""
+    return Column(no_wrap=True, min_width=9)
+
+
+def print_result(title: str, result: RunResult) -> None:
+    """The table at the end of a run."""
+    table = Table(title=f"{title}: tracking", title_justify="left")
+    for heading in ("joint", "moving max, deg", "moving rms, deg", "settled max, counts"):
+        table.add_column(heading, justify="right")
+    for joint in result.joints:
+        table.add_row(
+            str(joint.joint),
+            f"{math.degrees(joint.moving_max):.4f}",
+            f"{math.degrees(joint.moving_rms):.4f}",
+            f"{joint.settled_max_counts:.2f}",
+        )
+    console.print(table)
+    run = Table(show_header=False, box=None, padding=(0, 1))
+    for name, value in _run_rows(result):
+        run.add_row(name, value)
+    console.print(run)
+    if result.fault is not None:
+        console.print(f"[red bold]halted by a latched fault:[/] {result.fault}")
+
+
+def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:
+    speed = f"{result.cycles_per_s:.0f} cycles/s"
+    yield "cycles", f"{result.cycles} in {result.wall_s:.2f} s ({speed})"
+    yield "deadline misses", str(result.incomplete)
+    for names, count in sorted(result.missing.items()):
+        yield "", f"{count} x without {names}"
+    bound = "" if result.bus_bound is None else f"bound {100 * result.bus_bound:.1f} %"
+    load = "not measured on this bus"
+    if result.bus_load is not None:
+        load = f"measured {100 * result.bus_load:.1f} %"
+    yield "bus load", ", ".join(filter(None, (load, bound)))
+    yield "frames", str(result.frames)
+    discarded = {name: count for name, count in result.discarded.items() if count}
+    yield "discarded", ", ".join(f"{n}: {c}" for n, c in discarded.items()) or "0"
+    yield "lost", str(result.lost)
+    if any(result.lateness):
+        yield "SYNC lateness", _lateness(result.lateness)
+
+
+def _lateness(counts: list[int]) -> str:
+    """The histogram as cumulative shares."""
+    total, passed, parts = sum(counts), 0, []
+    for place, count in enumerate(counts[:-1]):
+        passed += count
+        if count:
+            parts.append(f"{100 * passed / total:.1f} % under {10 * 2**place} us")
+    return "; ".join(parts[-4:])

@@ -1,0 +1,97 @@
+"""``rfms run PROGRAM.py``: runs a program against the nine nodes."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rfms_can.cli.options import (
+    ArmOption,
+    BarrierOption,
+    BlendOption,
+    BusOption,
+    ClockOption,
+    ConfigOption,
+    FrictionOption,
+    JsonOption,
+    PatienceOption,
+    RateOption,
+    SeedOption,
+    ServoFrictionOption,
+    settings_from,
+)
+from rfms_can.cli.report import print_result, progress_line
+from rfms_can.rig.realtime import be_on_time
+from rfms_can.rig.settings import RunSettings
+
+RecordOption = Annotated[
+    Path | None, typer.Option("--record", help="directory for log, settings and summary")
+]
+FifoOption = Annotated[int | None, typer.Option("--fifo", help="SCHED_FIFO priority, 1 to 99")]
+CpuOption = Annotated[int | None, typer.Option("--cpu", help="run the master on this CPU alone")]
+LockOption = Annotated[bool, typer.Option("--mlockall", help="lock the master's memory")]
+
+
+def run(
+    program: Annotated[Path, typer.Argument(help="Python file with a function program(arm)")],
+    arm: ArmOption = None,
+    bus: BusOption = None,
+    clock: ClockOption = None,
+    rate: RateOption = None,
+    friction: FrictionOption = None,
+    servo_friction: ServoFrictionOption = None,
+    blend: BlendOption = None,
+    barrier: BarrierOption = None,
+    patience: PatienceOption = None,
+    seed: SeedOption = None,
+    attach: Annotated[
+        bool, typer.Option("--attach", help="the other nodes are on the bus already")
+    ] = False,
+    record: RecordOption = None,
+    fifo: FifoOption = None,
+    cpu: CpuOption = None,
+    mlockall: LockOption = False,
+    config: ConfigOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Run a program: on the simulated bus in this process, or as nine processes on a real one."""
+    settings = settings_from(
+        config,
+        arm=arm,
+        bus=bus,
+        clock=clock,
+        rate=rate,
+        friction=friction,
+        servo_friction=servo_friction,
+        blend=blend,
+        barrier=barrier,
+        patience=patience,
+        seed=seed,
+    )
+    be_on_time(fifo, cpu, mlockall)
+    run_program(program, settings, record=record, attach=attach, as_json=as_json)
+
+
+def run_program(
+    path: Path,
+    settings: RunSettings,
+    *,
+    record: Path | None = None,
+    attach: bool = False,
+    as_json: bool = False,
+) -> None:
+    """Run a program file, show progress and result; exit code 1 after a latched fault."""
+    from rfms_can.rig.program import load_program
+    from rfms_can.rig.runner import execute
+
+    program = load_program(path)
+    title = f"{path.stem} on {settings.arm}, {settings.bus}"
+    with progress_line(path.stem, quiet=as_json) as progress:
+        outcome = execute(program, settings, record=record, progress=progress, attach=attach)
+    if as_json:
+        typer.echo(json.dumps(outcome.result.as_dict()))
+    else:
+        print_result(title, outcome.result)
+    if outcome.fault is not None:
+        raise outcome.fault

@@ -1,0 +1,140 @@
+"""``rfms up``: all processes at once, their health on the screen, no orphan afterwards."""
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import msgspec
+import typer
+from rich.live import Live
+from rich.table import Table
+
+from rfms_can.cli.nodes import node_settings, stop_on_signals
+from rfms_can.cli.options import (
+    ArmOption,
+    BarrierOption,
+    BusOption,
+    ClockOption,
+    ConfigOption,
+    FrictionOption,
+    JsonOption,
+    PatienceOption,
+    RateOption,
+    SeedOption,
+    ServoFrictionOption,
+)
+from rfms_can.cli.report import console
+from rfms_can.cli.run import RecordOption
+from rfms_can.errors import RfmsError
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import MASTER, NODE_NAMES
+
+if TYPE_CHECKING:
+    from rfms_can.rig.fleet import Health
+
+LOOK_S = 0.25
+
+
+def up(
+    program: Annotated[
+        Path | None, typer.Argument(help="what the master runs; without one it waits, braked")
+    ] = None,
+    arm: ArmOption = None,
+    bus: BusOption = None,
+    clock: ClockOption = None,
+    rate: RateOption = None,
+    friction: FrictionOption = None,
+    servo_friction: ServoFrictionOption = None,
+    barrier: BarrierOption = None,
+    patience: PatienceOption = None,
+    seed: SeedOption = None,
+    without: Annotated[
+        str, typer.Option("--without", help="nodes that come from elsewhere, e.g. 3 or 3,8")
+    ] = "",
+    keep_going: Annotated[
+        bool, typer.Option("--keep-going", help="when one dies, leave the others")
+    ] = False,
+    record: RecordOption = None,
+    config: ConfigOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Start master, six joints, gripper and plant; stop all on Ctrl-C or when one dies."""
+    settings = node_settings(
+        config,
+        arm=arm,
+        bus=bus,
+        clock=clock,
+        rate=rate,
+        friction=friction,
+        servo_friction=servo_friction,
+        barrier=barrier,
+        patience=patience,
+        seed=seed,
+    )
+    _watch(settings, program, record, _numbers(without), keep_going, as_json)
+
+
+def _watch(
+    settings: RunSettings,
+    program: Path | None,
+    record: Path | None,
+    elsewhere: frozenset[int],
+    keep_going: bool,
+    as_json: bool,
+) -> None:
+    from rfms_can.rig.fleet import Fleet, describe
+
+    fleet = Fleet(settings, program, record, elsewhere)
+    stop = stop_on_signals()
+    known: set[int] = set()
+    try:
+        with Live(console=console, auto_refresh=False, transient=False) as live:
+            while not stop():
+                fleet.watch(LOOK_S)
+                if as_json:
+                    typer.echo(msgspec.json.encode(list(fleet.health.values())).decode())
+                else:
+                    live.update(_table(fleet.health, settings), refresh=True)
+                for child in fleet.dead():
+                    if child.pid in known:
+                        continue
+                    known.add(child.pid)
+                    if child.name == NODE_NAMES[MASTER] and child.exit_code == 0:
+                        return  # its program is over
+                    if not keep_going:
+                        raise RfmsError(f"{describe(child)}; the others are stopped")
+                    console.print(f"{describe(child)}; the others go on")
+    finally:
+        fleet.close()
+
+
+def _table(health: Mapping[int, "Health"], settings: RunSettings) -> Table:
+    table = Table(title=f"{settings.arm} on {settings.bus}  {time.strftime('%H:%M:%S')}")
+    for heading in ("node", "pid", "state", "register", "discarded", "silent [s]", "emergency"):
+        table.add_column(heading)
+    for one in msgspec.to_builtins(list(health.values())):
+        silent = "" if one["silent_s"] is None else f"{one['silent_s']:.1f}"
+        state = one["state"] if one["alive"] else "[red]dead[/]"
+        table.add_row(
+            one["node"],
+            str(one["pid"] or "-"),
+            state,
+            f"{one['register']:#06x}",
+            str(one["discarded"]),
+            silent,
+            one["emergency"],
+        )
+    return table
+
+
+def _numbers(text: str) -> frozenset[int]:
+    """Node numbers of ``3,8``."""
+    try:
+        numbers = frozenset(int(part) for part in text.split(",") if part.strip())
+    except ValueError:
+        numbers = frozenset({0})
+    if not numbers <= set(NODE_NAMES):
+        known = ", ".join(f"{n} {name}" for n, name in NODE_NAMES.items())
+        raise RfmsError(f"--without {text!r}: node numbers are {known}")
+    return numbers

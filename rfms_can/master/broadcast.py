@@ -1,0 +1,75 @@
+"""What the master sends in a cycle: SYNC, SETPOINT, GRIPPER, ROWS, and commands between them."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from rfms_can.arm import Arm
+from rfms_can.cartesian_setpoint import CartesianSetpoint
+from rfms_can.frame import Frame
+from rfms_can.master.math_processor import MathProcessor
+from rfms_can.protection import Sender
+from rfms_can.setpoint_frames import values_of
+from rfms_can.wire import HEARTBEAT_EVERY, JOINTS
+from rfms_can.wire.records import Gripper, Nmt, Rows, Setpoint, Sync
+from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
+
+MakeSender = Callable[[type[NamedTuple], int | None], Sender[Any]]
+
+
+class Broadcast:
+    """Packs the master's frames and keeps what they must agree on.
+
+    Args:
+        arm: the arm on the bus, for its rows.
+        sends: makes a sender whose counter restarts with the others.
+        dbc_hash: what SYNC says of the wire.
+
+    Attributes:
+        math: the math processor.
+        gripper: command and force (per cent) that go out next.
+    """
+
+    def __init__(self, arm: Arm, sends: MakeSender, dbc_hash: int) -> None:
+        self.math = MathProcessor(arm)
+        self.gripper = (GripperCommand.HOLD, 0.0)
+        self.nmt = sends(Nmt, None)
+        self._dbc_hash = dbc_hash
+        self._told: tuple[GripperCommand, float] | None = None
+        self._sync = sends(Sync, None)
+        self._gripper = sends(Gripper, None)
+        self._first = sends(Setpoint, 1)
+        self._second = sends(Setpoint, 2)
+        self._rows = [sends(Rows, joint) for joint in JOINTS]
+        self._sent_set = self._active_set = self._gone_out = 0
+
+    def sync(self, cycle: int, state: NodeState) -> Frame:
+        """SYNC: names the last set of rows that has gone out whole."""
+        return self._sync.frame(cycle, state, self._active_set, self._dbc_hash)
+
+    def setpoint(self, setpoint: CartesianSetpoint, cycle: int, out: list[Frame]) -> None:
+        """SETPOINT_1, SETPOINT_2 if there is a second pose, GRIPPER on change or when due."""
+        pose, configuration = setpoint.T6_1, setpoint.configuration_1
+        out.append(self._first.frame(*values_of(setpoint, pose, configuration, cycle)))
+        if setpoint.T6_2 is not None:
+            pose, configuration = setpoint.T6_2, setpoint.configuration_2
+            out.append(self._second.frame(*values_of(setpoint, pose, configuration, cycle)))
+        if self.gripper != self._told or cycle % HEARTBEAT_EVERY == 0:
+            self._told = self.gripper
+            out.append(self._gripper.frame(*self.gripper, cycle & 0xFF))
+
+    def rows(self, q: Sequence[float], out: list[Frame]) -> None:
+        """The next set of rows, at joint angles ``q`` (rad)."""
+        self._sent_set, rows = self.math.rows(q)
+        self._gone_out = 0
+        for sender, values in zip(self._rows, rows, strict=True):
+            out.append(sender.frame(*values))
+
+    def row_gone_out(self) -> None:
+        """One of the set's frames was heard back; after the sixth SYNC may name the set."""
+        self._gone_out += 1
+        if self._gone_out == len(JOINTS):
+            self._active_set = self._sent_set
+
+    def command(self, command: Command) -> Frame:
+        """A command for everybody."""
+        return self.nmt.frame(command, 0, 0)

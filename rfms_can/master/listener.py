@@ -1,0 +1,178 @@
+"""What the master hears: joint angles, errors, answers of a cycle, heartbeats, emergencies."""
+
+from functools import partial
+from typing import Any
+
+from rfms_can.arm import Arm
+from rfms_can.endpoint import Endpoint
+from rfms_can.frame import Frame
+from rfms_can.master.answers import MEASURES, REFERENCES, Answers, bit
+from rfms_can.master.arm_state import ArmState
+from rfms_can.master.bring_up import BringUp
+from rfms_can.master.broadcast import Broadcast
+from rfms_can.master.node_parameters import all_parameters
+from rfms_can.master.phases import Phase
+from rfms_can.master.settings import MasterSettings
+from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT, Wire
+from rfms_can.wire.records import (
+    ConfigAck,
+    Dac,
+    Emcy,
+    Estop,
+    Heartbeat,
+    JointError,
+    Measure,
+    Reference,
+    Rows,
+)
+from rfms_can.wire.vocabulary import FaultCode, NodeState
+
+
+class Listener(Endpoint):
+    """The hearing half of the master; what follows from it is the supervisor's.
+
+    Attributes:
+        phase: what the master is doing with the bus.
+        cycle: cycle under way; restarts at 0 when the arm is enabled.
+        errors: joint errors of the cycle, rad (6).
+        arm_state: where the arm is.
+        bring_up: who is on the bus, and what it holds.
+        broadcast: what the master sends.
+    """
+
+    def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
+        super().__init__(MASTER, wire, boot_id)
+        period_s = settings.period_ns * 1e-9
+        parameters = all_parameters(arm, settings.friction, period_s)
+        self.arm = arm
+        self.settings = settings
+        self.phase = Phase.ROLL_CALL
+        self.cycle = -1
+        self.errors = [0.0] * len(JOINTS)
+        self.arm_state = ArmState(parameters)
+        self.broadcast = Broadcast(arm, self._sends, wire.dbc_hash)
+        self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
+        self._senders.extend(self.bring_up.senders)
+        self._answers = Answers()
+        for joint in JOINTS:
+            self._hears(Measure, joint, partial(self._on_measure, joint, bit("MEASURE", joint)))
+            self._hears(
+                Reference, joint, partial(self._on_reference, joint, bit("REFERENCE", joint))
+            )
+            self._hears(JointError, joint, partial(self._on_error, joint, bit("ERROR", joint)))
+            self._hears_back(Rows, joint, partial(self._on_rows_sent, bit("ROWS", joint)))
+        self._hears(Measure, GRIPPER, self._on_jaw)
+        for node in (*JOINTS, GRIPPER):
+            self._hears(Dac, node, partial(self._on_dac, bit("DAC", node)))
+            self._hears(ConfigAck, node, partial(self._on_ack, node))
+        for node in (*JOINTS, GRIPPER, PLANT):
+            self._hears(Heartbeat, node, partial(self._on_heartbeat, node, bit("HEARTBEAT", node)))
+            self._hears(Emcy, node, partial(self._on_emergency, node))
+        self._hears_back(Heartbeat, MASTER, partial(self._answered, bit("HEARTBEAT", MASTER)))
+        self._hears(Estop, None, self._on_estop)
+
+    def _hears_back(self, record: type[Any], node: int, act: Any) -> None:
+        """Hear an own frame when it has gone out: the transmit confirmation."""
+        self._handlers[self.wire.id(record, node)] = (_as_is, act)
+
+    # --- what follows -------------------------------------------------------------------------
+
+    def _close(self) -> None:
+        """The cycle under way is over."""
+        raise NotImplementedError
+
+    def _halt(self, reason: str) -> None:
+        """Something is wrong: latch it and stop everybody."""
+        raise NotImplementedError
+
+    def _all_present(self) -> None:
+        """Every node has announced itself."""
+        raise NotImplementedError
+
+    def _all_configured(self) -> None:
+        """Every node holds its configuration."""
+        raise NotImplementedError
+
+    # --- a cycle's frames ---------------------------------------------------------------------
+
+    def _answered(self, one: int, _: object = None) -> None:
+        """A frame of this cycle has come; with the last one the cycle is over."""
+        missing = self._answers.missing
+        if missing:
+            missing = self._answers.missing = missing & ~one
+            if not missing:
+                self._close()
+
+    def _on_measure(self, joint: int, one: int, measure: Measure) -> None:
+        if measure.cycle == self.cycle & 0xFF:
+            self.arm_state.measure(joint, measure)
+            self._sampled(one)
+        else:
+            self.ignored["stale MEASURE"] += 1
+
+    def _on_reference(self, joint: int, one: int, reference: Reference) -> None:
+        self.arm_state.reference(joint, reference)
+        self._sampled(one)
+
+    def _sampled(self, one: int) -> None:
+        """When the whole arm has been sampled, the next rows go out."""
+        samples = MEASURES | REFERENCES if self.phase is Phase.HOME else MEASURES
+        if self._answers.missing & samples == one:
+            self.broadcast.rows(self.arm_state.q, self._out)
+        self._answered(one)
+
+    def _on_rows_sent(self, one: int, _: Frame) -> None:
+        self.broadcast.row_gone_out()
+        self._answered(one)
+
+    def _on_jaw(self, measure: Measure) -> None:
+        if measure.cycle == self.cycle & 0xFF:
+            self.arm_state.jaw_counts = measure.counts
+            self._answered(bit("MEASURE", GRIPPER))
+
+    def _on_error(self, joint: int, one: int, error: JointError) -> None:
+        if error.cycle == self.cycle & 0xFF:
+            self.errors[joint - 1] = error.error
+            self._answered(one)
+        else:
+            self.ignored["stale ERROR"] += 1
+
+    def _on_dac(self, one: int, dac: Dac) -> None:
+        if dac.cycle == self.cycle & 0xFF:
+            self._answered(one)
+        else:
+            self.ignored["stale DAC"] += 1
+
+    # --- how the nodes are --------------------------------------------------------------------
+
+    def _on_heartbeat(self, node: int, one: int, beat: Heartbeat) -> None:
+        wrong = self.bring_up.roster.hear(node, beat)
+        stopped = beat.state in (NodeState.QUICKSTOP, NodeState.FAULT)
+        if wrong is None and stopped and self.phase is Phase.RUN:
+            wrong = f"{NODE_NAMES[node]} is in {NodeState(beat.state).name}"
+        if wrong is not None:
+            self._halt(wrong)
+        elif self.phase is Phase.ROLL_CALL and not self.bring_up.roster.absent():
+            self._all_present()
+        self._answered(one)
+
+    def _on_ack(self, node: int, ack: ConfigAck) -> None:
+        if self.phase is not Phase.CONFIGURE:
+            return
+        self._out.extend(self.bring_up.acknowledge(node, ack))
+        if self.bring_up.problem:
+            self._halt(self.bring_up.problem)
+        elif self.bring_up.configured:
+            self._all_configured()
+
+    def _on_emergency(self, node: int, emergency: Emcy) -> None:
+        fault = FaultCode(emergency.fault).name
+        self._halt(f"{NODE_NAMES[node]}: {fault} ({emergency.value:g})")
+
+    def _on_estop(self, estop: Estop) -> None:
+        if estop == ESTOP_VALUES:
+            self._halt("emergency stop on the bus")
+
+
+def _as_is(frame: Frame) -> Frame:
+    return frame

@@ -1,0 +1,51 @@
+"""How the master runs the bus."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from rfms_can.wire.vocabulary import Blend
+
+
+class Clock(IntEnum):
+    """Who says when a control cycle begins."""
+
+    VIRTUAL = 0
+    """The simulated bus: events in time order."""
+    LOCKSTEP = 1
+    """The slowest node: a cycle ends when all have answered, or at a wall-clock barrier."""
+    REALTIME = 2
+    """An absolute monotonic schedule."""
+
+
+@dataclass(frozen=True, slots=True)
+class MasterSettings:
+    """Settings of the master.
+
+    Attributes:
+        rate_hz: control cycles per second.
+        clock: who says when a cycle begins.
+        friction: friction set the servos compensate.
+        blend: matching polynomial of transitions.
+        barrier_s: longest lockstep cycle, s.
+        patience_s: how long nodes may take to appear and to answer a configuration, s.
+        paced: lockstep cycles are no shorter than the period; for a bus that idles.
+    """
+
+    rate_hz: float = 250.0
+    clock: Clock = Clock.VIRTUAL
+    friction: str = "corke"
+    blend: Blend = Blend.CONTINUOUS
+    barrier_s: float = 2.0
+    patience_s: float = 30.0
+    paced: bool = False
+
+    @property
+    def period_ns(self) -> int:
+        """Control period, ns."""
+        return round(1e9 / self.rate_hz)
+
+    @property
+    def cycle_limit_ns(self) -> int:
+        """Longest time between two SYNCs, ns: the period, or the barrier in lockstep."""
+        lockstep = self.clock is Clock.LOCKSTEP
+        return round(self.barrier_s * 1e9) if lockstep else self.period_ns

@@ -1,0 +1,107 @@
+"""Child processes that end with their parent, whatever ends it: no orphan survives."""
+
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from types import FrameType
+from typing import Final, NoReturn
+
+from rfms_can.errors import RfmsError
+
+_PR_SET_PDEATHSIG: Final = 1
+PATIENCE_S: Final = 5.0
+"""How long a child may take to end by itself before it is killed."""
+
+Stop = Callable[[], bool]
+"""Given to a child's body: whether it shall end."""
+
+
+class Child:
+    """A forked process that runs ``body`` until it ends, fails or is told to stop.
+
+    The parent has imported what the child needs: a fork starts at once and shares the memory.
+
+    Args:
+        name: what it is called in messages.
+        body: called in the child with a function that says when to stop.
+
+    Attributes:
+        name: as given.
+        pid: process id.
+        exit_code: None while it runs.
+    """
+
+    def __init__(self, name: str, body: Callable[[Stop], None]) -> None:
+        self.name = name
+        self.exit_code: int | None = None
+        parent = os.getpid()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        self.pid = os.fork()
+        if self.pid == 0:
+            _run(name, body, parent)
+
+    @property
+    def alive(self) -> bool:
+        """Whether it still runs."""
+        if self.exit_code is None:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid:
+                self.exit_code = os.waitstatus_to_exitcode(status)
+        return self.exit_code is None
+
+    def signal(self) -> None:
+        """Tell it to stop."""
+        if self.alive:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, signal.SIGTERM)
+
+    def join(self) -> int:
+        """Wait until it has ended; kill it if it takes too long. Its exit code."""
+        until = time.monotonic() + PATIENCE_S
+        while self.alive:
+            if time.monotonic() > until:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(self.pid, signal.SIGKILL)
+            time.sleep(0.005)
+        return self.exit_code or 0
+
+
+def _run(name: str, body: Callable[[Stop], None], parent: int) -> NoReturn:
+    """In the child: run, report in one line, and leave without the parent's clean-up."""
+    stopping = False
+
+    def stop(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal stopping
+        stopping = True
+
+    code = 1
+    try:
+        signal.signal(signal.SIGTERM, stop)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+        _die_with_parent(parent)
+        body(lambda: stopping or os.getppid() != parent)
+        code = 0
+    except RfmsError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+    except BaseException:
+        print(f"{name}: a bug ended it", file=sys.stderr)
+        traceback.print_exc()
+    finally:
+        with contextlib.suppress(Exception):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code)
+
+
+def _die_with_parent(parent: int) -> None:
+    """Linux: the kernel ends this process when its parent dies, however it dies."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)

@@ -1,0 +1,161 @@
+"""All processes of a bus under one roof: started together, watched, ended together."""
+
+import time
+from pathlib import Path
+from typing import Final
+
+import msgspec
+
+from rfms_can.bus.driver import open_port
+from rfms_can.protection import Refusal
+from rfms_can.rig.child import Child, Stop
+from rfms_can.rig.idle import run_idle
+from rfms_can.rig.processes import OTHERS, start_hub, start_node, start_recorder
+from rfms_can.rig.program import load_program
+from rfms_can.rig.record import LOG, Record
+from rfms_can.rig.runner import execute
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import MASTER, NODE_NAMES, Wire
+from rfms_can.wire.records import Emcy, Heartbeat
+from rfms_can.wire.vocabulary import FaultCode, NodeState
+
+NODES: Final = (MASTER, *OTHERS)
+
+
+class Health(msgspec.Struct):
+    """How a node is.
+
+    Attributes:
+        node: its name.
+        pid: its process; 0 if it is none of ours.
+        alive: whether the process runs.
+        state: by its last heartbeat; empty before the first.
+        register, discarded: by its last heartbeat.
+        silent_s: time since its last heartbeat, s; None before the first.
+        emergency: its last emergency message.
+    """
+
+    node: str
+    pid: int = 0
+    alive: bool = True
+    state: str = ""
+    register: int = 0
+    discarded: int = 0
+    silent_s: float | None = None
+    emergency: str = ""
+
+
+class Fleet:
+    """Hub, recorder, eight nodes and the master as processes; this process watches.
+
+    Args:
+        settings: of the run.
+        program: what the master runs; None to wait with the brakes on.
+        record: directory for the candump log, or None.
+        elsewhere: node numbers that are not ours to start.
+
+    Raises:
+        BusError: the bus is not there.
+    """
+
+    def __init__(
+        self,
+        settings: RunSettings,
+        program: Path | None,
+        record: Path | None,
+        elsewhere: frozenset[int],
+    ) -> None:
+        self._wire = Wire()
+        self._settings = settings
+        self.health = {n: Health(NODE_NAMES[n]) for n in NODES}
+        self.children: dict[int, Child] = {}
+        self._helpers: list[Child] = []
+        self._heard: dict[int, float] = {}
+        try:
+            hub = start_hub(settings)
+            self._helpers += [] if hub is None else [hub]
+            if record is not None:
+                Record(record)
+                self._helpers.insert(0, start_recorder(record / LOG, settings))
+            for node in OTHERS:
+                if node not in elsewhere:
+                    self.children[node] = start_node(node, settings, self._wire)
+            if MASTER not in elsewhere:
+                self.children[MASTER] = self._start_master(program)
+            self._listen()
+        except BaseException:
+            self.close()
+            raise
+
+    def _start_master(self, program: Path | None) -> Child:
+        settings = self._settings
+        loaded = None if program is None else load_program(program)
+
+        def body(stop: Stop) -> None:
+            if loaded is None:
+                run_idle(settings, stop)
+                return
+            outcome = execute(loaded, settings, attach=True)
+            if outcome.fault is not None:
+                raise outcome.fault
+
+        return Child("master", body)
+
+    def _listen(self) -> None:
+        wire = self._wire
+        self._beats = {wire.id(Heartbeat, n): (n, wire.receiver(Heartbeat, n)) for n in NODES}
+        self._emergencies = {wire.id(Emcy, n): (n, wire.receiver(Emcy, n)) for n in NODES}
+        accepts = frozenset((*self._beats, *self._emergencies))
+        self._port = open_port(self._settings.bus, accepts, client="rfms up")
+        for node, child in self.children.items():
+            self.health[node].pid = child.pid
+
+    def watch(self, seconds: float) -> None:
+        """Listen for a while and bring ``health`` up to date."""
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0.0:
+            frame = self._port.recv(left)
+            if frame is None:
+                continue
+            if frame.id in self._beats:
+                node, beats = self._beats[frame.id]
+                beat = beats.decoder.decode(frame)
+                if not isinstance(beat, Refusal):
+                    self._heard[node] = time.monotonic()
+                    health = self.health[node]
+                    health.state = NodeState(beat.state).name
+                    health.register, health.discarded = beat.register, beat.discarded
+            else:
+                node, emergencies = self._emergencies[frame.id]
+                emergency = emergencies.decoder.decode(frame)
+                if not isinstance(emergency, Refusal):
+                    fault = FaultCode(emergency.fault).name
+                    self.health[node].emergency = f"{fault} ({emergency.value:g})"
+        now = time.monotonic()
+        for node, health in self.health.items():
+            health.silent_s = now - self._heard[node] if node in self._heard else None
+            if node in self.children:
+                health.alive = self.children[node].alive
+
+    def dead(self) -> list[Child]:
+        """Processes that have ended, the hub included."""
+        return [c for c in (*self._helpers, *self.children.values()) if not c.alive]
+
+    def close(self) -> None:
+        """End everything: the master first, so that it can brake the arm; then nodes, then bus."""
+        master = self.children.get(MASTER)
+        if master is not None:
+            master.signal()
+            master.join()
+        for group in ([c for n, c in self.children.items() if n != MASTER], self._helpers):
+            for child in group:
+                child.signal()
+            for child in group:
+                child.join()
+        if hasattr(self, "_port"):
+            self._port.close()
+
+
+def describe(child: Child) -> str:
+    """A dead child, in one line."""
+    return f"{child.name} (pid {child.pid}) has ended with exit code {child.exit_code}"

@@ -1,0 +1,32 @@
+"""A master without a program: homes the arm, then waits with the brakes on."""
+
+from collections.abc import Callable
+
+from rfms_can.bus.driver import open_port
+from rfms_can.bus.node_driver import NodeDriver
+from rfms_can.errors import FaultError
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import MASTER, Wire
+
+
+def run_idle(settings: RunSettings, stop: Callable[[], bool]) -> None:
+    """Keep the bus alive until ``stop`` says so; cycles are paced by the control period.
+
+    Raises:
+        FaultError: the bus could not be brought up, or a fault was latched.
+    """
+    supervisor = Supervisor(
+        settings.the_arm, Wire(), settings.boot_id(MASTER), settings.master(paced=True)
+    )
+    port = open_port(settings.bus, supervisor.accepts, client="master", echo=True)
+    driver = NodeDriver(supervisor, port)
+    try:
+        driver.run_until(lambda: stop() or supervisor.fault is not None)
+        if supervisor.fault is None:
+            supervisor.stop()
+            driver.run_until(lambda: supervisor.ended or supervisor.next_deadline_ns() is None)
+    finally:
+        port.close()
+    if supervisor.fault is not None:
+        raise FaultError(supervisor.fault)

@@ -1,0 +1,196 @@
+"""The nine nodes as processes on a hub or a CAN interface; this process is the master.
+
+One warm parent forks the others, so that a slow machine imports the heavy libraries once.
+"""
+
+import gc
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from rfms_can.bus.driver import open_port
+from rfms_can.bus.hub import serve
+from rfms_can.bus.hub_address import live_hubs
+from rfms_can.bus.node_driver import NodeDriver, run_node
+from rfms_can.bus.port import Port
+from rfms_can.bus.timing import BusTiming
+from rfms_can.bus.url import HUB, parse_bus_url
+from rfms_can.errors import BusError
+from rfms_can.node import Node
+from rfms_can.rig.candump import CandumpWriter
+from rfms_can.rig.child import Child, Stop
+from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
+
+LOOK_EVERY: Final = 64
+"""Frames between two looks at whether the children live."""
+HUB_PATIENCE_S: Final = 10.0
+
+OTHERS: Final = (*JOINTS, GRIPPER, PLANT)
+"""Nodes that are not this process."""
+
+
+def make_node(number: int, settings: RunSettings, wire: Wire) -> Node:
+    """The node of a number, the master excepted."""
+    if number in JOINTS:
+        return make_joint(number, settings, wire)
+    if number == GRIPPER:
+        return make_gripper(settings, wire)
+    return make_plant(settings, wire)
+
+
+def start_node(number: int, settings: RunSettings, wire: Wire) -> Child:
+    """A node in a process of its own."""
+
+    def body(stop: Stop) -> None:
+        node = make_node(number, settings, wire)
+        port = open_port(settings.bus, node.accepts, client=node.name)
+        try:
+            run_node(node, port, stop=stop)
+        finally:
+            port.close()
+
+    return Child(NODE_NAMES[number], body)
+
+
+def start_hub(settings: RunSettings) -> Child | None:
+    """The hub a ``hub:NAME`` URL asks for, unless it runs already; None if there is nothing to do.
+
+    Raises:
+        BusError: it did not come up.
+    """
+    url = parse_bus_url(settings.bus)
+    if url.interface != HUB or url.channel in live_hubs():
+        return None
+    timing = BusTiming(settings.bit_rate, settings.data_bit_rate)
+
+    def body(_: Stop) -> None:
+        serve(url.channel, timing)
+
+    child = Child(f"hub {url.channel}", body)
+    until = time.monotonic() + HUB_PATIENCE_S
+    while url.channel not in live_hubs():
+        if not child.alive or time.monotonic() > until:
+            raise BusError(f"hub {url.channel!r} did not come up; see its own message above")
+        time.sleep(0.01)
+    return child
+
+
+def start_recorder(path: Path, settings: RunSettings) -> Child:
+    """A process that writes every frame of the bus to a candump log."""
+    channel = parse_bus_url(settings.bus).channel
+
+    def body(stop: Stop) -> None:
+        port = open_port(settings.bus, None, client="recorder")
+        writer = CandumpWriter(path, channel, time.time_ns() - time.monotonic_ns())
+        try:
+            while True:
+                frame = port.recv(1.0)
+                if frame is not None:
+                    writer.write(time.monotonic_ns(), frame)
+                elif stop():
+                    return  # told to stop, and nothing left to read
+        finally:
+            writer.close()
+            port.close()
+
+    return Child("recorder", body)
+
+
+class ProcessRig:
+    """Master here, the other eight nodes in processes of their own.
+
+    Args:
+        settings: of the run.
+        record: candump log to write, or None.
+        elsewhere: nodes that are on the bus already: real boards, or other terminals.
+
+    Attributes:
+        supervisor: the master.
+        children: the processes; the hub and the recorder first.
+
+    Raises:
+        BusError: the bus is not there.
+    """
+
+    def __init__(
+        self,
+        settings: RunSettings,
+        record: Path | None = None,
+        elsewhere: frozenset[int] = frozenset(),
+    ) -> None:
+        wire = Wire()
+        self.children: list[Child] = []
+        self._hub: list[Child] = []
+        self._recorder: list[Child] = []
+        self._port: Port | None = None
+        gc.freeze()  # keep the collector off what the children share with us
+        try:
+            hub = start_hub(settings)
+            self._hub += [] if hub is None else [hub]
+            self._recorder += [] if record is None else [start_recorder(record, settings)]
+            self.children = [start_node(n, settings, wire) for n in OTHERS if n not in elsewhere]
+            self.supervisor = make_master(settings, wire)
+            self._port = open_port(
+                settings.bus, self.supervisor.accepts, client="master", echo=True
+            )
+        except BaseException:
+            self.close()
+            raise
+        self._statistics = self._port.statistics
+        self._driver = NodeDriver(self.supervisor, self._port)
+        self._look = 0
+        self._begun = 0
+
+    def pump(self, condition: Callable[[], bool]) -> None:
+        """Run until a condition holds.
+
+        Raises:
+            BusError: a child has died.
+        """
+
+        def held() -> bool:
+            self._look -= 1
+            if self._look <= 0:
+                self._look = LOOK_EVERY
+                self._check_children()
+            return condition()
+
+        self._driver.run_until(held)
+
+    def _check_children(self) -> None:
+        for child in (*self._hub, *self.children):
+            if not child.alive:
+                raise BusError(
+                    f"{child.name} has died (exit code {child.exit_code}); the run is over"
+                )
+
+    def begin_measuring(self) -> None:
+        """Count frames from now on."""
+        self._begun = self._count()
+
+    def _count(self) -> int:
+        return self._statistics["sent"] + self._statistics["received"]
+
+    @property
+    def load(self) -> float | None:
+        """Unknown: bus time is not real time here."""
+        return None
+
+    @property
+    def frames(self) -> int:
+        """Frames the master has sent or heard since ``begin_measuring``."""
+        return self._count() - self._begun
+
+    def close(self) -> None:
+        """End all children: nodes, then the recorder once it has read everything, then the hub."""
+        for group in (self.children, self._recorder, self._hub):
+            for child in group:
+                child.signal()
+            for child in group:
+                child.join()
+        if self._port is not None:
+            self._port.close()
+            self._port = None

@@ -1,0 +1,89 @@
+"""A recorded run: a directory with the frames, the settings and versions, and the numbers.
+
+``bus.log``        every frame, as ``candump -L`` writes it
+``settings.json``  settings, versions, and what a reader of the log needs of the arm
+``commanded.csv``  the commanded joint angles of every cycle, rad, in double precision
+``summary.json``   the result
+"""
+
+import json
+import platform
+from array import array
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Final
+
+from rfms_can import __version__
+from rfms_can.arm import Arm
+from rfms_can.errors import RfmsError
+from rfms_can.rig.result import RunResult
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import JOINTS, Wire
+
+LOG: Final = "bus.log"
+_PACKAGES: Final = ("numpy", "python-can", "cantools", "pin", "mujoco", "autosar-e2e", "msgspec")
+
+
+class Record:
+    """Writes a run's directory.
+
+    Args:
+        directory: made if it does not exist; an earlier recording in it is replaced.
+
+    Raises:
+        RfmsError: it cannot be written.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            (directory / LOG).write_bytes(b"")
+        except OSError as error:
+            raise RfmsError(f"--record {directory}: {error.strerror}; name a directory") from error
+
+    @property
+    def log(self) -> Path:
+        """The candump log."""
+        return self.directory / LOG
+
+    def settings(self, settings: RunSettings, arm: Arm, zero_counts: list[int]) -> None:
+        """Settings and versions."""
+        self._json(
+            "settings.json",
+            {
+                "settings": settings.as_dict(),
+                "zero_counts": zero_counts,
+                "counts_per_radian": [drive.counts_per_radian for drive in arm.drives],
+                "dbc_hash": Wire().dbc_hash,
+                "versions": versions(),
+            },
+        )
+
+    def commanded(self, angles: "array[float]") -> None:
+        """Six joint angles a cycle, rad."""
+        width = len(JOINTS)
+        lines = ["cycle," + ",".join(f"q{joint}" for joint in JOINTS)]
+        lines += [
+            f"{start // width}," + ",".join(map(repr, angles[start : start + width]))
+            for start in range(0, len(angles), width)
+        ]
+        (self.directory / "commanded.csv").write_text("\n".join(lines) + "\n", encoding="ascii")
+
+    def summary(self, result: RunResult) -> None:
+        """The numbers."""
+        self._json("summary.json", result.as_dict())
+
+    def _json(self, name: str, value: dict[str, Any]) -> None:
+        (self.directory / name).write_text(json.dumps(value, indent=2) + "\n", encoding="utf-8")
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, of this package and of what it stands on."""
+    found = {"python": platform.python_version(), "rfms_can": __version__}
+    for package in _PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "unknown"
+    return found

@@ -1,0 +1,98 @@
+"""One run from settings to result: makes the rig, runs the program, writes the record."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from rfms_can.bus.budget import Cycle, budget
+from rfms_can.bus.timing import BusTiming
+from rfms_can.errors import FaultError
+from rfms_can.rig.candump import CandumpWriter
+from rfms_can.rig.processes import OTHERS, ProcessRig
+from rfms_can.rig.record import Record
+from rfms_can.rig.result import RunResult
+from rfms_can.rig.session import Program, Progress, Rig, Session
+from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.simulated import SimulatedRig
+
+
+class Outcome(NamedTuple):
+    """How a run ended.
+
+    Attributes:
+        result: its numbers.
+        fault: the latched fault that halted it, or None.
+    """
+
+    result: RunResult
+    fault: FaultError | None
+
+
+def execute(
+    program: Program,
+    settings: RunSettings,
+    *,
+    record: Path | None = None,
+    progress: Progress | None = None,
+    attach: bool = False,
+    watch: Callable[[Rig], None] | None = None,
+) -> Outcome:
+    """Run a program.
+
+    Args:
+        program: called with the arm once it is enabled.
+        settings: of the run.
+        record: directory to record into, or None.
+        progress: called now and then while it runs.
+        attach: the other nodes are on the bus already: start none.
+        watch: is shown the rig before the run, for tests and tools.
+
+    Raises:
+        RfmsError: whatever ended the run other than a latched fault; the arm is braked.
+    """
+    keeper = None if record is None else Record(record)
+    rig, writer = _rig(settings, keeper, attach)
+    if watch is not None:
+        watch(rig)
+    session = Session(
+        rig,
+        bus_bound=bus_bound(settings),
+        progress=progress,
+        keep=keeper is not None,
+    )
+    fault: FaultError | None = None
+    try:
+        session.run(program)
+    except FaultError as error:
+        fault = error
+    finally:
+        session.close()
+        rig.close()
+        if writer is not None:
+            writer.close()
+        if keeper is not None:
+            supervisor = session.supervisor
+            keeper.settings(settings, supervisor.arm, supervisor.arm_state.zero_counts)
+            keeper.commanded(session.commanded)
+            keeper.summary(session.result())
+    return Outcome(session.result(), fault)
+
+
+def _rig(
+    settings: RunSettings, keeper: Record | None, attach: bool
+) -> tuple[Rig, CandumpWriter | None]:
+    if not settings.simulated:
+        elsewhere = frozenset(OTHERS) if attach else frozenset()
+        return ProcessRig(settings, None if keeper is None else keeper.log, elsewhere), None
+    rig = SimulatedRig(settings)
+    if keeper is None:
+        return rig, None
+    writer = CandumpWriter(keeper.log, "sim0")
+    rig.observe(writer.write)
+    return rig, writer
+
+
+def bus_bound(settings: RunSettings) -> float:
+    """Worst-case load of the usual cycle on the bus the settings describe."""
+    timing = BusTiming(settings.bit_rate, settings.data_bit_rate)
+    return budget(settings.rate, timing, cycle=Cycle.USUAL).load
