@@ -18,7 +18,6 @@ from typing import Annotated, Final
 import typer
 from rich.console import Console
 
-from rfms_can.codec import database_hash, database_path, load_database
 from rfms_can.errors import DbcError
 
 PACKAGES: Final = {
@@ -37,9 +36,8 @@ PACKAGES: Final = {
 OPTIONAL_PACKAGES: Final = {"matplotlib": "matplotlib"}
 OLDEST_PYTHON: Final = (3, 11)
 CAN_UTILS: Final = ("candump", "cansend", "canplayer", "cangw")
-INSTALL_VCAN: Final = (
-    "Debian: sudo apt-get install user-mode-linux can-utils iproute2; then tools/with-vcan COMMAND"
-)
+USER_MODE_KERNEL: Final = "linux.uml"
+NETWORK_INTERFACES: Final = Path("/sys/class/net")
 
 _ARPHRD_CAN: Final = 280  # linux/if_arp.h
 _MCL_CURRENT, _MCL_ONFAULT = 1, 4  # sys/mman.h
@@ -126,10 +124,12 @@ def package(distribution: str, module: str, *, needed: bool) -> Finding:
 
 
 def contract() -> Finding:
-    """The DBC."""
+    """The DBC; imported here, so that a broken package is reported and not run into."""
     try:
+        from rfms_can.codec import database_hash, database_path, load_database
+
         database = load_database()
-    except (DbcError, OSError) as error:
+    except (DbcError, ImportError, OSError) as error:
         return Finding("wire contract", False, str(error), "install rfms_can again", needed=True)
     detail = f"{len(database.messages)} messages, hash 0x{database_hash():04X}, {database_path()}"
     return Finding("wire contract", True, detail, needed=True)
@@ -149,14 +149,14 @@ def socketcan() -> Finding:
     try:
         socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
     except OSError as error:
-        return Finding("SocketCAN", False, error.strerror or str(error), INSTALL_VCAN)
+        return Finding("SocketCAN", False, error.strerror or str(error), _other_way())
     interfaces = ", ".join(can_interfaces()) or "none"
     return Finding("SocketCAN", True, f"interfaces: {interfaces}")
 
 
-def can_interfaces() -> Iterator[str]:
+def can_interfaces(directory: Path = NETWORK_INTERFACES) -> Iterator[str]:
     """Names of the CAN interfaces of this machine."""
-    for kind in sorted(Path("/sys/class/net").glob("*/type")):
+    for kind in sorted(directory.glob("*/type")):
         with suppress(OSError):
             if int(kind.read_text()) == _ARPHRD_CAN:
                 yield kind.parent.name
@@ -171,13 +171,21 @@ def vcan() -> Finding:
         with suppress(OSError):
             if "/vcan.ko" in (modules / file).read_text():
                 return Finding("vcan", True, f"a module of this kernel ({modules / file})")
-    return Finding("vcan", False, f"no module of kernel {platform.release()}", INSTALL_VCAN)
+    return Finding("vcan", False, f"no module of kernel {platform.release()}", _other_way())
+
+
+def _other_way() -> str:
+    """How to have a vcan0 where the kernel has none."""
+    if shutil.which(USER_MODE_KERNEL):
+        return "tools/with-vcan COMMAND runs it on a real vcan0, in the user-mode kernel"
+    return "Debian: sudo apt-get install user-mode-linux can-utils, then tools/with-vcan COMMAND"
 
 
 def user_mode_kernel() -> Finding:
     """The kernel ``tools/with-vcan`` boots where this one has no vcan."""
-    path = shutil.which("linux.uml")
-    return Finding("user-mode kernel", path is not None, path or "no linux.uml", INSTALL_VCAN)
+    path = shutil.which(USER_MODE_KERNEL)
+    detail = path or f"no {USER_MODE_KERNEL}"
+    return Finding("user-mode kernel", path is not None, detail, _other_way())
 
 
 def can_utils() -> Finding:
