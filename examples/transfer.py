@@ -1,7 +1,8 @@
 """Park, above the part, at the part, grip, above it again, above the goal, at the goal, release.
 
 In the manner of the thesis' programs: a tool on the flange, places in the world, and position
-equations that relate them. Long ways are joint motions, approaches are straight lines.
+equations that relate them. Long ways are joint motions, approaches are straight lines. Places are
+given as parts of how far out the hand is when the arm is enabled: they suit an arm of any size.
 """
 
 import math
@@ -14,11 +15,16 @@ DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
 
 def program(arm: Arm) -> None:
     """Carry a part from one place to another, and go back to where the arm was."""
+    reach = math.hypot(arm.pose.px, arm.pose.py)
+
+    def place(x: float, y: float, z: float) -> Transform:
+        return Transform.translation(x * reach, y * reach, z * reach)
+
     tool = arm.transform("tool", Transform.translation(0.0, 0.0, 0.1354))
     home = arm.transform("home", arm.pose)
-    part = arm.transform("part", Transform.translation(0.25, 0.15, -0.12) @ DOWN)
-    goal = arm.transform("goal", Transform.translation(0.22, -0.12, -0.10) @ DOWN)
-    above = arm.transform("above", Transform.translation(0.0, 0.0, -0.08))
+    part = arm.transform("part", place(0.95, 0.60, -0.45) @ DOWN)
+    goal = arm.transform("goal", place(0.85, -0.45, -0.40) @ DOWN)
+    above = arm.transform("above", place(0.0, 0.0, -0.30))
 
     park = arm.position("park", arm.t6 == home)
     above_part = arm.position("above part", arm.t6 @ tool == part @ above)
@@ -31,18 +37,17 @@ def program(arm: Arm) -> None:
 
     arm.gripper.open()
     arm.move(above_part, far)
-    arm.wait(arm.move(at_part, near))
+    arm.move(at_part, near)
     arm.wait()
-    arm.sleep(0.8)
-    arm.sleep(1.0)
+    arm.sleep(1.2)
     arm.gripper.close()
     arm.move(above_part, near)
     arm.move(above_goal, far)
     arm.move(at_goal, near)
     arm.wait()
-    arm.sleep(0.8)
+    arm.sleep(1.2)
     arm.gripper.open()
     arm.move(above_goal, near)
     arm.move(park, far)
     arm.wait()
-    arm.sleep(0.8)
+    arm.sleep(1.2)
