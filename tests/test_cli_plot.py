@@ -133,7 +133,7 @@ def test_thesis_figures_show_the_three_motions_to_one_scale(recording: Recording
     assert peaks[1][3] < 0.35 * peaks[0][3]  # a quarter of the jerk
     for (_, sheet), motion in zip(sheets, thesis_motions(recording), strict=True):
         time, position = sheet.panels[0].lines[0].get_data()
-        assert time[0] < 0.0 < time[-1]
+        assert time[0] < 0.0 < time[-1] < 0.8  # with rest around it, and no other motion
         assert position[0] == pytest.approx(motion.places[0][0])
         assert position[-1] == pytest.approx(motion.places[1][0])
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rfms_can.analysis.canvas import BAND, COMMANDED, MEASURED, Sheet
 from rfms_can.analysis.cycles import Floats
@@ -87,10 +88,18 @@ def _figure(recording: Recording, figure: ThesisFigure, motion: Motion, joint: i
 
 
 def _rows(recording: Recording, motion: Motion) -> slice:
-    """Rows of the log from rest to rest, as far as the trajectory was commanded."""
+    """Rows of the log in motion, and of the rest around it up to ``REST_S``."""
     rest = round(REST_S / recording.period_s)
-    end = int(np.searchsorted(recording.log.cycle, len(recording.commanded)))
-    return slice(max(0, motion.start - rest), min(motion.stop + rest, end))
+    commanded = recording.log.cycle < len(recording.commanded)
+    resting = (recording.log.state == TrajectoryState.IDLE) & commanded
+    before = resting[max(0, motion.start - rest) : motion.start]
+    after = resting[motion.stop : motion.stop + rest]
+    return slice(motion.start - _leading(before[::-1]), motion.stop + _leading(after))
+
+
+def _leading(flags: NDArray[np.bool_]) -> int:
+    """How many flags are set before the first that is not."""
+    return int(np.logical_and.accumulate(flags).sum())
 
 
 def _clock(recording: Recording, motion: Motion) -> Floats:
