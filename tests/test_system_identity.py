@@ -1,0 +1,87 @@
+"""One program, three buses: every payload of every cycle from enable on is the same."""
+
+import json
+from functools import cache
+from pathlib import Path
+
+import pytest
+from system_run import SHORT
+
+from rfms_can.rig.candump import Cycle, cycles_from_enable, read_candump
+from rfms_can.rig.program import load_program
+from rfms_can.rig.record import LOG
+from rfms_can.rig.runner import execute
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import Wire
+
+VCAN = "socketcan:vcan0"
+
+
+def cycles(directory: Path, bus: str, seed: int = 1) -> list[Cycle]:
+    """Cycles of a recorded run of the short program, which ends well."""
+    outcome = execute(load_program(SHORT), RunSettings(bus=bus, seed=seed), record=directory)
+    assert outcome.fault is None
+    assert outcome.result.incomplete == 0
+    summary = json.loads((directory / "summary.json").read_text())
+    recorded = cycles_from_enable((f for _, f in read_candump(directory / LOG)), Wire())
+    assert len(recorded) == summary["cycles"]
+    return recorded
+
+
+@cache
+def on_the_simulated_bus(directory: Path) -> list[Cycle]:
+    return cycles(directory, "sim")
+
+
+@pytest.fixture
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> list[Cycle]:
+    return on_the_simulated_bus(tmp_path_factory.getbasetemp() / "simulated")
+
+
+def assert_same(found: list[Cycle], expected: list[Cycle]) -> None:
+    """Equal, or the first frames that differ."""
+    for number, (one, other) in enumerate(zip(found, expected, strict=False)):
+        assert one == other, f"cycle {number}: {sorted(set(one) ^ set(other))}"
+    assert len(found) == len(expected)
+
+
+@pytest.mark.system
+def test_the_program_has_it_all(simulated: list[Cycle]) -> None:
+    """What the identity below is worth: joint and straight motion, the gripper, every frame."""
+    wire = Wire()
+    identifiers = {identifier for cycle in simulated for identifier, _ in cycle}
+    usual = ("MEASURE_7", "SETPOINT_1", "GRIPPER", "ERROR_6", "DAC_7", "ROWS_6", "HEARTBEAT_9")
+    assert {wire.codecs[name].id for name in usual} <= identifiers
+    assert wire.codecs["EMCY_1"].id not in identifiers
+    assert 350 < len(simulated) < 600  # 1.5 to 2.4 s
+
+
+@pytest.mark.system
+def test_a_run_repeats_to_the_bit(simulated: list[Cycle], tmp_path: Path) -> None:
+    assert_same(cycles(tmp_path, "sim"), simulated)
+
+
+@pytest.mark.system
+def test_another_seed_is_told_apart(simulated: list[Cycle], tmp_path: Path) -> None:
+    """The comparison can fail: boot ids stand in the heartbeats, and nothing else differs."""
+    wire = Wire()
+    beats = {wire.codecs[f"HEARTBEAT_{node}"].id for node in range(1, 10)}
+    different = {
+        identifier
+        for one, other in zip(cycles(tmp_path, "sim", seed=2), simulated, strict=True)
+        for identifier, _ in set(one) ^ set(other)
+    }
+    assert different == beats
+
+
+@pytest.mark.processes
+def test_nine_processes_on_the_hub_say_the_same(
+    simulated: list[Cycle], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    assert_same(cycles(tmp_path / "hub", "hub:identity"), simulated)
+
+
+@pytest.mark.vcan
+def test_nine_processes_on_vcan0_say_the_same(simulated: list[Cycle], tmp_path: Path) -> None:
+    assert_same(cycles(tmp_path, VCAN), simulated)
