@@ -12,6 +12,8 @@ from rfms_can.wire.vocabulary import Law, Parameter
 
 DAC_MIN: Final = -2048
 DAC_MAX: Final = 2047
+REVERSAL_S: Final = 0.25
+"""Time, s, in which the friction of a resting joint turns to where its error is."""
 
 
 class Servo:
@@ -35,6 +37,8 @@ class Servo:
         "_kp",
         "_negative",
         "_positive",
+        "_resting",
+        "_reversal",
         "_stiffness",
         "_still",
         "_torque_per_code",
@@ -58,6 +62,7 @@ class Servo:
         self._negative = p[Parameter.COULOMB_NEGATIVE]
         self._viscous = p[Parameter.VISCOUS]
         self._still = p[Parameter.FRICTION_SPEED]
+        self._reversal = (self._positive + self._negative) * p[Parameter.PERIOD] / REVERSAL_S
         self._torque_per_code = p[Parameter.TORQUE_PER_CODE]
         self.torque_limit = p[Parameter.TORQUE_LIMIT]
         self.reset()
@@ -66,6 +71,7 @@ class Servo:
         """Forget the integral and the direction of the last motion."""
         self.integral = 0.0
         self._coulomb = 0.0
+        self._resting = True
         self.saturated = False
 
     def friction(self, speed: float) -> float:
@@ -75,10 +81,13 @@ class Servo:
         stops a little short then still has its friction overcome in the direction it came from
         and creeps home, instead of sticking until the integral has grown to the stiction.
         """
+        self._resting = False
         if speed > self._still:
             self._coulomb = self._positive
         elif speed < -self._still:
             self._coulomb = -self._negative
+        else:
+            self._resting = True
         return self._coulomb + self._viscous * speed
 
     def torque(
@@ -124,14 +133,29 @@ class Servo:
         return self._clamp(total + self._integrate(error, total))
 
     def _integrate(self, error: float, others: float) -> float:
-        """One step of the integral, frozen in the dead band and against a clamped torque."""
+        """One step of the integral, frozen in the dead band and against a clamped torque.
+
+        A joint that rests beyond its goal is held there by friction and by its own compensation
+        of it: that turns first, and the integral has nothing to wind up for.
+        """
+        if -self._band <= error <= self._band or (self._resting and self._turn_friction(error)):
+            return self.integral
         limit = self.torque_limit
         winds_up = (others + self.integral) * error > 0.0 and abs(others + self.integral) >= limit
-        if abs(error) > self._band and not winds_up:
+        if not winds_up:
             bound = self._integral_limit
             step = self.integral + self._ki_period * error
             self.integral = bound if step > bound else -bound if step < -bound else step
         return self.integral
+
+    def _turn_friction(self, error: float) -> bool:
+        """Turn friction a step towards where the error is; False if it points there already."""
+        before = self._coulomb
+        if error > 0.0:
+            self._coulomb = min(before + self._reversal, self._positive)
+        else:
+            self._coulomb = max(before - self._reversal, -self._negative)
+        return self._coulomb != before
 
     def _clamp(self, torque: float) -> float:
         limit = self.torque_limit
