@@ -7,7 +7,6 @@ range ahead is taken and the gap counted, the rest is an old frame.
 """
 
 from collections import Counter
-from collections.abc import Callable
 from enum import Enum
 from typing import Final, Generic
 
@@ -67,24 +66,27 @@ class Decoder(Generic[Record]):
 
     Decoding is a pure function of the frame, so nodes of one process may share a decoder; the
     counter is each receiver's own.
+
+    Attributes:
+        frame, result: the frame decoded last, and what it held or why it was refused.
     """
 
-    __slots__ = ("_data_id", "_frame", "_length", "_result", "_unpack", "codec")
+    __slots__ = ("_data_id", "_length", "_unpack", "codec", "frame", "result")
 
     def __init__(self, codec: MessageCodec[Record]) -> None:
         self.codec = codec
         self._length = codec.length
         self._data_id = codec.data_id
         self._unpack = codec.unpack
-        self._frame: Frame | None = None
-        self._result: Record | Refusal = Refusal.LENGTH
+        self.frame: Frame | None = None
+        self.result: Record | Refusal = Refusal.LENGTH
 
     def decode(self, frame: Frame) -> Record | Refusal:
         """The frame's values, or why it is refused (counter rules apart)."""
-        if frame is not self._frame:
-            self._result = self._check(frame)
-            self._frame = frame
-        return self._result
+        if frame is not self.frame:
+            self.result = self._check(frame)
+            self.frame = frame
+        return self.result
 
     def _check(self, frame: Frame) -> Record | Refusal:
         data = frame.data
@@ -111,7 +113,7 @@ class Receiver(Generic[Record]):
         refused: refusals by reason, shared with the node's other receivers if one is given.
     """
 
-    __slots__ = ("_counter", "_decode", "_ordered", "decoder", "lost", "refused")
+    __slots__ = ("_counter", "_ordered", "decoder", "lost", "refused")
 
     def __init__(
         self,
@@ -121,7 +123,6 @@ class Receiver(Generic[Record]):
         ordered: bool = True,
     ) -> None:
         self.decoder = decoder
-        self._decode: Callable[[Frame], Record | Refusal] = decoder.decode
         self._ordered = ordered and decoder.codec.data_id is not None
         self._counter: int | None = None
         self.lost = 0
@@ -133,7 +134,9 @@ class Receiver(Generic[Record]):
 
     def take(self, frame: Frame) -> Record | None:
         """The frame's values, or None if it is refused (counted)."""
-        values = self._decode(frame)
+        decoder = self.decoder
+        # what ``decode`` would say, without the call: several nodes hear each frame
+        values = decoder.result if frame is decoder.frame else decoder.decode(frame)
         if values.__class__ is Refusal:
             self.refused[values] += 1
             return None

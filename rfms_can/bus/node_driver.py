@@ -10,6 +10,12 @@ from rfms_can.node import Node
 MAX_FRAMES_BEFORE_TIMER: Final = 256
 """A bus that babbles without end must not keep a node from its deadlines."""
 
+FAR_NS: Final = 200_000_000
+"""A deadline this far ahead ends no single wait (``LONGEST_WAIT_S``), whatever the clock says."""
+
+CLOCK_EVERY: Final = 16
+"""Frames after which the clock is read even if nothing else asks for it."""
+
 Clock = Callable[[], int]
 """Monotonic time, ns."""
 
@@ -17,18 +23,24 @@ Clock = Callable[[], int]
 class NodeDriver:
     """Moves one node's frames and re-arms its timer.
 
+    The clock is read before a wait that a deadline may end, whenever nothing came, and at least
+    once in ``CLOCK_EVERY`` frames. While deadlines are far (lockstep) that makes one system call
+    a frame; near them every wait is exact.
+
     Args:
         node: the node.
         port: its way onto the bus; the caller closes it.
         clock: monotonic time, ns.
     """
 
-    __slots__ = ("_clock", "_node", "_port")
+    __slots__ = ("_clock", "_frames", "_node", "_now_ns", "_port")
 
     def __init__(self, node: Node, port: Port, clock: Clock = time.monotonic_ns) -> None:
         self._node = node
         self._port = port
         self._clock = clock
+        self._now_ns = clock()
+        self._frames = 0
 
     def pump(self) -> None:
         """Wait for the next frame or deadline, at most ``LONGEST_WAIT_S``, and serve it.
@@ -37,25 +49,38 @@ class NodeDriver:
             BusError: the bus has gone.
         """
         deadline_ns = self._node.next_deadline_ns()
-        if deadline_ns is None:
-            self._take_frame(LONGEST_WAIT_S)
-            return
-        wait_ns = deadline_ns - self._clock()
-        if wait_ns > 0:
-            self._take_frame(wait_ns * 1e-9)
-        else:
-            self._serve_deadline()
+        self._frames -= 1
+        if deadline_ns is not None and (
+            self._frames < 0 or deadline_ns - self._now_ns < FAR_NS
+        ):
+            self._read_clock()
+            wait_ns = deadline_ns - self._now_ns
+            if wait_ns <= 0:
+                self._serve_deadline()
+                return
+            if wait_ns < FAR_NS:
+                self._take_frame(wait_ns * 1e-9, timed=True)
+                return
+        if not self._take_frame(LONGEST_WAIT_S):
+            self._read_clock()
+
+    def _read_clock(self) -> None:
+        self._now_ns = self._clock()
+        self._frames = CLOCK_EVERY
 
     def run_until(self, goal: Callable[[], bool]) -> None:
         """Pump until a predicate holds; it is asked before each step."""
         while not goal():
             self.pump()
 
-    def _take_frame(self, timeout_s: float) -> bool:
+    def _take_frame(self, timeout_s: float, *, timed: bool = False) -> bool:
+        """Serve the next frame; ``timed``: with the time it came at, not that of the last look."""
         frame = self._port.recv(timeout_s)
         if frame is None:
             return False
-        answers = self._node.on_frame(frame, self._clock())
+        if timed:
+            self._read_clock()
+        answers = self._node.on_frame(frame, self._now_ns)
         if answers:
             self._port.send(answers)
         return True
@@ -63,12 +88,12 @@ class NodeDriver:
     def _serve_deadline(self) -> None:
         """A deadline has come: what arrived before it was looked at comes first."""
         for _ in range(MAX_FRAMES_BEFORE_TIMER):
-            if not self._take_frame(0.0):
+            if not self._take_frame(0.0, timed=True):
                 break
         deadline_ns = self._node.next_deadline_ns()
-        now_ns = self._clock()
-        if deadline_ns is not None and deadline_ns <= now_ns:
-            frames = self._node.on_time(now_ns)
+        self._read_clock()
+        if deadline_ns is not None and deadline_ns <= self._now_ns:
+            frames = self._node.on_time(self._now_ns)
             if frames:
                 self._port.send(frames)
 

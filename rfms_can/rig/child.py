@@ -5,6 +5,7 @@ import ctypes
 import os
 import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from rfms_can.errors import RfmsError
 _PR_SET_PDEATHSIG: Final = 1
 PATIENCE_S: Final = 5.0
 """How long a child may take to end by itself before it is killed."""
+LOOK_FOR_PARENT_S: Final = 0.5
 
 Stop = Callable[[], bool]
 """Given to a child's body: whether it shall end."""
@@ -85,7 +87,7 @@ def _run(name: str, body: Callable[[Stop], None], parent: int) -> NoReturn:
         signal.signal(signal.SIGTERM, stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
         _die_with_parent(parent)
-        body(lambda: stopping or os.getppid() != parent)
+        body(lambda: stopping)
         code = 0
     except RfmsError as error:
         print(f"{name}: {error}", file=sys.stderr)
@@ -100,8 +102,19 @@ def _run(name: str, body: Callable[[Stop], None], parent: int) -> NoReturn:
 
 
 def _die_with_parent(parent: int) -> None:
-    """Linux: the kernel ends this process when its parent dies, however it dies."""
+    """End this process when its parent dies, however it dies: the kernel does it, or a thread.
+
+    Not the node's loop: asking for the parent on every frame costs as much as the frame.
+    """
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    else:
+        threading.Thread(target=_watch_parent, args=(parent,), daemon=True).start()
     if os.getppid() != parent:
         os._exit(1)
+
+
+def _watch_parent(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(LOOK_FOR_PARENT_S)
+    os._exit(1)

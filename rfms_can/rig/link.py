@@ -41,8 +41,12 @@ class DirectLink:
     def pass_time(self, condition: Callable[[], bool]) -> None:
         """Let time go on until a condition holds, whatever happens to the run."""
         supervisor = self._supervisor
+        if condition():
+            return
 
         def held() -> bool:
+            if supervisor.closed == self._closed and supervisor.fault is None:
+                return False  # nothing a condition may ask about changes within a cycle
             if supervisor.closed != self._closed:
                 self._closed = supervisor.closed
                 self._watch_stillness()

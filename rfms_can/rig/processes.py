@@ -24,7 +24,7 @@ from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
 
-LOOK_EVERY: Final = 64
+LOOK_EVERY: Final = 512
 """Frames between two looks at whether the children live."""
 HUB_PATIENCE_S: Final = 10.0
 
