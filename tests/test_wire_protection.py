@@ -59,10 +59,10 @@ def test_header_is_the_crc_low_byte_first_then_the_counter_from_zero(wire: Wire,
 
 def test_the_counter_wraps_and_starts_anew_after_a_reset(wire: Wire) -> None:
     sender = wire.sender(Sync)
-    counters = [sender.frame(cycle, 4, 0, 0, 0).data[2] for cycle in range(300)]
+    counters = [sender.frame(cycle, 4, 0, 0).data[2] for cycle in range(300)]
     assert counters == [cycle & 0xFF for cycle in range(300)]
     sender.reset()
-    assert sender.frame(0, 4, 0, 0, 0).data[2] == 0
+    assert sender.frame(0, 4, 0, 0).data[2] == 0
 
 
 def test_a_refused_value_counts_nothing_and_leaves_nothing_behind(wire: Wire) -> None:

@@ -14,7 +14,6 @@ from rfms_can.wire import JOINTS, vocabulary
 ENUMERATIONS: Final[dict[tuple[str, str], type[IntEnum]]] = {
     ("NMT", "command"): vocabulary.Command,
     ("SYNC", "state"): vocabulary.NodeState,
-    ("SYNC", "clock"): vocabulary.Clock,
     ("EMCY", "fault"): vocabulary.FaultCode,
     ("SETPOINT", "state"): vocabulary.TrajectoryState,
     ("SETPOINT", "mode"): vocabulary.Mode,
