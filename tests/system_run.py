@@ -1,7 +1,6 @@
 """Runs of whole systems for tests: a program on the simulated bus, and what every rest was like."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -113,8 +112,3 @@ def simulated_run(
     outcome = execute(load_program(program), settings, watch=watch)
     rig, rests = watches[0]
     return SimulatedRun(settings, outcome.result, rests.close(), rig.bus.statistics)
-
-
-def table(run: SimulatedRun, row: Callable[[int], str]) -> str:
-    """One line a joint, for messages of failed tests."""
-    return "\n".join(f"joint {joint}: {row(joint)}" for joint in JOINTS) + f"\n{run.settings}"
