@@ -39,6 +39,7 @@ class PlantNode(Endpoint):
         self._watch_ns = watch_ns
         self._deadline_ns: int | None = 0
         self._started = False
+        self._stopped = False
         self._bus_state = NodeState.PREOP
         self._arrived: list[Dac | None] = [None] * GRIPPER
         self._silent = [SILENT_CYCLES] * GRIPPER
@@ -122,7 +123,9 @@ class PlantNode(Endpoint):
 
     def _on_dac(self, index: int, dac: Dac) -> None:
         """A code for the cycle under way; one of another cycle came too late."""
-        if dac.cycle == self.cycle & 0xFF:
+        if self._stopped:
+            self.ignored["DAC after ESTOP"] += 1
+        elif dac.cycle == self.cycle & 0xFF:
             self._arrived[index] = dac
         else:
             self.ignored["stale DAC"] += 1
@@ -136,10 +139,12 @@ class PlantNode(Endpoint):
             self._restart_counters()
         elif nmt.command == Command.RESET:
             self._hear_anew()
+            self._stopped = False
 
     def _on_estop(self, estop: Estop) -> None:
-        """Torque off and brakes on, whatever the nodes say."""
+        """Torque off and brakes on, whatever the nodes say, until RESET."""
         if estop == ESTOP_VALUES:
+            self._stopped = True
             self._codes = [0] * GRIPPER
             self._silent = [SILENT_CYCLES] * GRIPPER
             self._arrived = [None] * GRIPPER
