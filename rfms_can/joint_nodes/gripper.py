@@ -43,7 +43,7 @@ class GripperNode(FieldNode):
     def _configured(self) -> bool:
         needed = (Parameter.PERIOD, Parameter.TORQUE_LIMIT)
         scales = (Parameter.TORQUE_PER_CODE, Parameter.COUNTS_PER_UNIT, Parameter.POSITION_MAX)
-        return all(p in self.parameters for p in (*needed, *scales))
+        return all(self.parameters.get(p, 0.0) > 0.0 for p in (*needed, *scales))
 
     def _begin_cycle(self, sync: Sync) -> None:
         if not self._measured:
@@ -59,7 +59,8 @@ class GripperNode(FieldNode):
         self._next = (GripperCommand(gripper.command), gripper.force / 100.0)
 
     def _on_measure(self, measure: Measure) -> None:
-        if self.bus_state not in (NodeState.HOMING, NodeState.OPERATIONAL):
+        runs = self.bus_state in (NodeState.HOMING, NodeState.OPERATIONAL)
+        if not runs or not self.config_hash:
             return
         if measure.cycle != self.cycle & 0xFF:
             self.ignored["stale MEASURE"] += 1
@@ -92,6 +93,12 @@ class GripperNode(FieldNode):
             force = self._part * (limit if opens else -limit)
         code = round(force / self.parameters[Parameter.TORQUE_PER_CODE])
         self._out.append(self._dac.frame(max(-2048, min(2047, code)), 0, self.cycle & 0xFF))
+
+    def _react(self, reaction: Reaction, fault: FaultCode, value: float) -> None:
+        before = self.reaction
+        super()._react(reaction, fault, value)
+        if self.reaction is Reaction.OFF and before is not Reaction.OFF:
+            self._out.append(self._dac.frame(0, 0, self.cycle & 0xFF))  # and silence from now on
 
     def _entered(self, state: NodeState) -> None:
         if state is NodeState.HOMING:
