@@ -66,13 +66,14 @@ class Answers:
             one = 1 << position
             if not self.missing & one:
                 continue
+            every = HEARTBEAT_EVERY if one & _BEATS else 1
             last, count = self._streaks.get(one, (cycle, 0))
-            count = count + 1 if last == cycle - 1 else 1
+            count = count + 1 if last == cycle - every else 1
             self._streaks[one] = (cycle, count)
             if count >= SILENCE_BOUND and lost is None:
                 kind, node = divmod(position, _NODES)
                 sender = PLANT if _KINDS[kind] in ("MEASURE", "REFERENCE") else node
-                lost = f"{NODE_NAMES[sender]}: no {_KINDS[kind]}_{node} for {count} cycles"
+                lost = f"{NODE_NAMES[sender]}: no {_KINDS[kind]}_{node} for {count * every} cycles"
         return lost
 
     def describe(self) -> str:

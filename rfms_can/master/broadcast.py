@@ -40,7 +40,8 @@ class Broadcast:
         self._first = sends(Setpoint, 1)
         self._second = sends(Setpoint, 2)
         self._rows = [sends(Rows, joint) for joint in JOINTS]
-        self._sent_set = self._active_set = self._gone_out = 0
+        self._sent_set = self._active_set = 0
+        self._queued: list[Frame] = []
 
     def sync(self, cycle: int, state: NodeState) -> Frame:
         """SYNC: names the last set of rows that has gone out whole."""
@@ -60,15 +61,21 @@ class Broadcast:
     def rows(self, q: Sequence[float], out: list[Frame]) -> None:
         """The next set of rows, at joint angles ``q`` (rad)."""
         self._sent_set, rows = self.math.rows(q)
-        self._gone_out = 0
-        for sender, values in zip(self._rows, rows, strict=True):
-            out.append(sender.frame(*values))
+        self._queued = [s.frame(*values) for s, values in zip(self._rows, rows, strict=True)]
+        out.extend(self._queued)
 
-    def row_gone_out(self) -> None:
-        """One of the set's frames was heard back; after the sixth SYNC may name the set."""
-        self._gone_out += 1
-        if self._gone_out == len(JOINTS):
+    def row_gone_out(self, frame: Frame) -> bool:
+        """A row was heard back; after the last of its set SYNC may name the set.
+
+        Returns:
+            Whether it belongs to the set sent last; a crowded bus may still hold an older one.
+        """
+        if frame not in self._queued:
+            return False
+        self._queued.remove(frame)
+        if not self._queued:
             self._active_set = self._sent_set
+        return True
 
     def command(self, command: Command) -> Frame:
         """A command for everybody."""

@@ -66,8 +66,13 @@ class Listener(Endpoint):
             self._hears(Dac, node, partial(self._on_dac, bit("DAC", node)))
             self._hears(ConfigAck, node, partial(self._on_ack, node))
         for node in (*JOINTS, GRIPPER, PLANT):
-            self._hears(Heartbeat, node, partial(self._on_heartbeat, node, bit("HEARTBEAT", node)))
-            self._hears(Emcy, node, partial(self._on_emergency, node))
+            self._hears(
+                Heartbeat,
+                node,
+                partial(self._on_heartbeat, node, bit("HEARTBEAT", node)),
+                ordered=False,  # a node that restarts is to be noticed at once
+            )
+            self._hears(Emcy, node, partial(self._on_emergency, node), ordered=False)
         self._hears_back(Heartbeat, MASTER, partial(self._answered, bit("HEARTBEAT", MASTER)))
         self._hears(Estop, None, self._on_estop)
 
@@ -111,8 +116,11 @@ class Listener(Endpoint):
             self.ignored["stale MEASURE"] += 1
 
     def _on_reference(self, joint: int, one: int, reference: Reference) -> None:
-        self.arm_state.reference(joint, reference)
-        self._sampled(one)
+        if reference.cycle == self.cycle & 0xFF:
+            self.arm_state.reference(joint, reference)
+            self._sampled(one)
+        else:
+            self.ignored["stale REFERENCE"] += 1
 
     def _sampled(self, one: int) -> None:
         """When the whole arm has been sampled, the next rows go out."""
@@ -121,9 +129,9 @@ class Listener(Endpoint):
             self.broadcast.rows(self.arm_state.q, self._out)
         self._answered(one)
 
-    def _on_rows_sent(self, one: int, _: Frame) -> None:
-        self.broadcast.row_gone_out()
-        self._answered(one)
+    def _on_rows_sent(self, one: int, frame: Frame) -> None:
+        if self.broadcast.row_gone_out(frame):
+            self._answered(one)
 
     def _on_jaw(self, measure: Measure) -> None:
         if measure.cycle == self.cycle & 0xFF:

@@ -98,6 +98,9 @@ class Supervisor(Listener):
                 self.statistics.late(now_ns - deadline_ns)
             if complete or not self._lockstep:
                 self._begin_cycle(deadline_ns)
+        elif self._stop_asked:
+            self.phase = next_phase(self.phase, PhaseEvent.STOP)
+            self._deadline_ns = None
         else:
             self._deadline_ns = now_ns + self.bring_up.retry_ns
             self._out.extend(self.bring_up.call(now_ns))
@@ -174,7 +177,11 @@ class Supervisor(Listener):
 
     def _make_setpoint(self) -> None:
         """The set-point of the next cycle; one the arm cannot take is not sent."""
-        setpoint, refusal = self.motion.next_setpoint()
+        try:
+            setpoint, refusal = self.motion.next_setpoint()
+        except KinematicsError as error:  # stopped where nothing can be held
+            self._halt(str(error))
+            return
         if refusal is None:
             self._setpoint = setpoint
         else:
