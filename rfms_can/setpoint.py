@@ -23,6 +23,7 @@ __all__ = ["FOLLOWS", "CartesianSetpoint", "JointSetpoint", "Solve"]
 Solve = Callable[[Transform, Configuration, float], float]
 """Solves one joint: pose, configuration, the angle whose turn to continue; NaN if impossible."""
 
+_STATES: Final = tuple(TrajectoryState)
 _IDLE: Final = TrajectoryState.IDLE
 _LINEAR: Final = TrajectoryState.LINEAR
 _PRE: Final = TrajectoryState.PRE
@@ -41,6 +42,8 @@ FOLLOWS: Final = {
 IDLE after LINEAR ends a controlled stop; LINEAR after PRE is one that began there; START after
 LINEAR is a PRE that was lost. A BLEND whose START was lost cannot be computed and is refused.
 """
+_MAY_FOLLOW: Final = [[last in FOLLOWS[state] for last in _STATES] for state in _STATES]
+"""``FOLLOWS`` by state and last state: an enumeration's own hash would cost a call each cycle."""
 
 
 class JointSetpoint:
@@ -135,7 +138,7 @@ class JointSetpoint:
     ) -> float:
         """``tick`` with the solutions at hand, rad, on the turns of ``turn_1`` and ``turn_2``."""
         state = setpoint.state
-        if not (self._state in FOLLOWS[state] and math.isfinite(solution_1 + solution_2)):
+        if not (_MAY_FOLLOW[state][self._state] and math.isfinite(solution_1 + solution_2)):
             return math.nan
         if state is not _START:
             theta = self._along(setpoint, solution_1, solution_2)

@@ -1,8 +1,9 @@
-"""The rows a node works with: received as a set, active together, at one SYNC (PROTOCOL 1).
+"""The row a joint works with: received with its set, active at the SYNC that names the set.
 
 Row n of C_theta turns the six joint errors into the real error of joint n (Eq. 5.10); row n of
-M C_theta weights accelerations. A set counts only when all six rows of it were heard: CAN either
-delivers a frame to everyone or to no one, so either all nodes swap or none does.
+M C_theta weights accelerations. The master names a set only when all six frames of it have gone
+out, and CAN delivers a frame to everyone or to no one: so either all nodes swap or none does, and
+each needs to hear its own row alone. A set that has not arrived never acts.
 """
 
 from typing import Final
@@ -10,7 +11,6 @@ from typing import Final
 from rfms_can.wire import JOINTS
 from rfms_can.wire.records import Rows
 
-_WHOLE: Final = (1 << len(JOINTS)) - 1
 _UNIT_ROWS: Final = tuple(tuple(float(i == j) for j in JOINTS) for i in JOINTS)
 
 
@@ -28,8 +28,6 @@ class RowSets:
     __slots__ = (
         "_arrived",
         "_joint",
-        "_own",
-        "_set",
         "compliance",
         "gravity",
         "law",
@@ -48,29 +46,22 @@ class RowSets:
         self.gravity = 0.0
         self.law = 0
         self.number: int | None = None
-        self._set: int | None = None
-        self._arrived = 0
-        self._own: Rows | None = None
+        self._arrived: Rows | None = None
 
-    def hear(self, joint: int, rows: Rows) -> None:
-        """Row ``joint`` of a set came in."""
-        if rows.set != self._set:
-            self._set = rows.set
-            self._arrived = 0
-        self._arrived |= 1 << (joint - 1)
-        if joint == self._joint:
-            self._own = rows
+    def hear(self, rows: Rows) -> None:
+        """This joint's row of a set came in."""
+        self._arrived = rows
 
     def swap(self, number: int) -> bool:
-        """SYNC names set ``number``: use it if it is whole, keep the old one if not.
+        """SYNC names set ``number``: use its row if it is here, keep the old one if not.
 
         Returns:
             Whether the named set is active now.
         """
         if number == self.number:
             return True
-        rows = self._own
-        if number != self._set or self._arrived != _WHOLE or rows is None:
+        rows = self._arrived
+        if rows is None or rows.set != number:
             return False
         self.compliance = rows[0:6]
         self.weighted = rows[6:12]

@@ -25,7 +25,7 @@ from rfms_can.wire.vocabulary import (
 )
 
 EVERYONE: Final = 0
-_MAX_U16: Final = 0xFFFF
+_STATES: Final = tuple(NodeState)
 _PARAMETERS: Final = frozenset(Parameter)
 _DRIVING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
 
@@ -127,8 +127,10 @@ class FieldNode(Endpoint):
     @property
     def register(self) -> int:
         """Error register: bit 0 any fault, bits 1 to 15 the classes of fault codes."""
-        bits = sum(1 << (1 + code % 15) for code in self.faults)
-        return (bits | 1) & _MAX_U16 if bits else 0
+        bits = 0
+        for code in self.faults:
+            bits |= 1 << (1 + code % 15) | 1
+        return bits
 
     # --- what comes in ------------------------------------------------------------------------
 
@@ -138,7 +140,7 @@ class FieldNode(Endpoint):
             return
         self._ladder.clear(FaultCode.SYNC_MISSING)
         self.cycle = sync.cycle
-        self.bus_state = NodeState(sync.state)
+        self.bus_state = _STATES[sync.state]
         if self.config_hash:
             self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
@@ -147,7 +149,7 @@ class FieldNode(Endpoint):
 
     def _refuse_database(self, sync: Sync) -> None:
         """The master runs another DBC: nothing it sends can be trusted."""
-        if self.faults[FaultCode.DBC_MISMATCH]:
+        if self.faults[FaultCode.DBC_MISMATCH] or self.state is NodeState.INIT:
             self.ignored["SYNC with another DBC"] += 1
         else:
             self._react(Reaction.OFF, FaultCode.DBC_MISMATCH, float(sync.dbc_hash))
@@ -168,6 +170,9 @@ class FieldNode(Endpoint):
             return
         if event is Event.HOME and not self.config_hash:
             self.ignored["HOME without configuration"] += 1
+            return
+        if event is Event.HOME and self.reaction is not Reaction.NONE:
+            self.ignored["HOME before RESET"] += 1  # it was stopped while it homed
             return
         if event in (Event.START, Event.RESET):
             self._forget_faults()

@@ -11,6 +11,7 @@ from typing import Final
 
 from rfms_can.arm import ARMS
 from rfms_can.encoder import EncoderReference
+from rfms_can.errors import EncodeError
 from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.field_node import FieldNode
 from rfms_can.joint_nodes.homing import Homing
@@ -39,8 +40,18 @@ _DAMPING_PART: Final = 0.2
 """Part of the torque limit that damping (R3) may use."""
 _STEP_MARGIN: Final = 1.5
 """How much faster than the speed limit a set-point or an encoder may step before it is refused."""
+_PREDICTED: Final = 2
+"""Cycles an encoder that stepped is not believed; after that the joint stops where it says."""
+_PASSED: Final = 4
+"""Cycles that may pass unseen before the ladder stops the joint anyhow, and one."""
 _BEYOND: Final = 0.05
 """Joint angle beyond the range, rad, at which torque goes off: the hard stop is near."""
+_POSITIVE: Final = (
+    *(Parameter.PERIOD, Parameter.TORQUE_LIMIT, Parameter.SPEED_LIMIT),
+    *(Parameter.ACCELERATION_LIMIT, Parameter.INDEX_INTERVAL_COUNTS),
+)
+_DIVISORS: Final = (Parameter.TORQUE_PER_CODE, Parameter.COUNTS_PER_UNIT)
+"""Negative where the motor turns against the joint."""
 
 
 class JointNode(FieldNode):
@@ -73,6 +84,9 @@ class JointNode(FieldNode):
         self._setpoint_2: Setpoint | None = None
         self._measure: Measure | None = None
         self._driven = True
+        self._begun = -1  # the cycle of the last SYNC
+        self._age = 1  # cycles since the last measurement
+        self._held = 0  # cycles since the last set-point taken
         self._error = self._sends(JointError, joint)
         self._dac = self._sends(Dac, joint)
         self._hears(Setpoint, 1, self._on_setpoint_1)
@@ -80,8 +94,8 @@ class JointNode(FieldNode):
         self._hears(Bias, None, self._on_bias)
         self._hears(Measure, joint, self._on_measure)
         self._hears(Reference, joint, self._on_reference)
+        self._hears(Rows, joint, self.rows.hear)
         for other in JOINTS:
-            self._hears(Rows, other, partial(self.rows.hear, other))
             if other != joint:
                 self._hears(JointError, other, partial(self._on_error, other - 1))
 
@@ -96,12 +110,18 @@ class JointNode(FieldNode):
         if arm is None:
             return False
         p = self.parameters
+        if any(p[scale] <= 0.0 for scale in _POSITIVE) or not all(p[scale] for scale in _DIVISORS):
+            return False
         self._servo = Servo(p)
         self._encoder = EncoderReference(p)
         self._homing = Homing(p, self._encoder, self._servo)
         self._solver = JointSolver(arm, self.number)
         self._trajectory = JointSetpoint(p[Parameter.PERIOD])
         self._theta_step = _STEP_MARGIN * p[Parameter.SPEED_LIMIT] * p[Parameter.PERIOD]
+        self._rate_per_code = p[Parameter.RATE_PER_CODE]
+        self._lowest = p[Parameter.POSITION_MIN] - _BEYOND
+        self._highest = p[Parameter.POSITION_MAX] + _BEYOND
+        self._way_per_square = 0.5 / p[Parameter.ACCELERATION_LIMIT]
         return True
 
     def _entered(self, state: NodeState) -> None:
@@ -113,27 +133,40 @@ class JointNode(FieldNode):
             self._trajectory.reset(self.theta)
             self._errors[:] = self._rates[:] = self._accelerations[:] = [0.0] * len(JOINTS)
             self._driven = True
+            self._held = 0
+            self._bias = self._next_bias = 0.0
         elif state is NodeState.QUICKSTOP:
-            p = self.parameters
-            self._ramp = StopRamp(
-                self._trajectory.theta,
-                self._trajectory.rate,
-                p[Parameter.ACCELERATION_LIMIT],
-                p[Parameter.PERIOD],
-            )
+            self._stop_from(self._trajectory.theta, self._trajectory.rate)
+        elif state is NodeState.PREOP:
+            self.rows.clear()  # a master that starts anew numbers its sets anew
+
+    def _stop_from(self, position: float, speed: float) -> None:
+        """Begin the controlled stop; it ends inside the range, be it harder than the limit."""
+        p = self.parameters
+        bound = p[Parameter.POSITION_MAX] if speed > 0.0 else p[Parameter.POSITION_MIN]
+        room = max(abs(bound - position), 1.0 / abs(p[Parameter.COUNTS_PER_UNIT]))
+        deceleration = max(p[Parameter.ACCELERATION_LIMIT], speed * speed / (2.0 * room))
+        self._ramp = StopRamp(position, speed, deceleration, p[Parameter.PERIOD])
 
     # --- a cycle ------------------------------------------------------------------------------
 
     def _begin_cycle(self, sync: Sync) -> None:
         if not self._driven:
             self._missed_cycle()
-        self.rows.swap(sync.row_set)
+        elif self.state is not NodeState.OPERATIONAL and self.bus_state is NodeState.OPERATIONAL:
+            self._watch_setpoints()
+        passed, self._begun = sync.cycle - self._begun, sync.cycle
+        self._age += 1
+        if passed > 1:
+            self._skip(min(passed, _PASSED) - 1)
+        if self.rows.swap(sync.row_set):
+            self._ladder.clear(FaultCode.ROWS_MISSING)
+        else:
+            self._miss(FaultCode.ROWS_MISSING)
         self._bias = self._next_bias
         self._setpoint_1 = self._setpoint_2 = self._measure = None
         self._heard = 0
-        self._driven = not (
-            self.bus_state is NodeState.OPERATIONAL and self.state is NodeState.OPERATIONAL
-        )
+        self._driven = self.state not in (NodeState.OPERATIONAL, NodeState.QUICKSTOP)
 
     def _missed_cycle(self) -> None:
         """The cycle before ended without a DAC frame: R1 holds; the ladder counts what was missing.
@@ -147,10 +180,30 @@ class JointNode(FieldNode):
         else:
             self._miss(FaultCode.ERROR_MISSING)
             return
+        self._hold()
+
+    def _hold(self) -> None:
+        """A cycle without a set-point (R1): the last one stays, its history goes on."""
         self._trajectory.miss()
+        self._held += 1
+
+    def _skip(self, cycles: int) -> None:
+        """Cycles passed whose SYNC never came."""
+        self._age += cycles
+        if self.state is NodeState.OPERATIONAL:
+            for _ in range(cycles):
+                self._hold()
+
+    def _watch_setpoints(self) -> None:
+        """Stopped, while SYNC says that all is well: without set-points on up the ladder."""
+        if self._setpoint_1 is None:
+            self._miss(FaultCode.SETPOINT_MISSING)
+        else:
+            self._ladder.clear(FaultCode.SETPOINT_MISSING)
 
     def _without_sync(self) -> None:
         """No SYNC: what comes next belongs to no cycle we know."""
+        self._age += 1
         self._setpoint_1 = self._setpoint_2 = self._measure = None
         self._heard = 0
         self._driven = True
@@ -190,30 +243,40 @@ class JointNode(FieldNode):
             self._damp()
 
     def _take(self, measure: Measure) -> None:
-        """Angle and speed from the board; a step no joint can make is predicted over (R1)."""
+        """Angle and speed from the board."""
         self._measure = measure
-        speed = measure.velocity_adc * self.parameters[Parameter.RATE_PER_CODE]
+        self._ladder.clear(FaultCode.MEASURE_MISSING)
+        speed = measure.velocity_adc * self._rate_per_code
         theta = self._encoder.angle(measure.counts)
-        if self.state is NodeState.OPERATIONAL:
-            self._ladder.clear(FaultCode.MEASURE_MISSING)
-            step = theta - self.theta
-            if abs(step) > self._theta_step:
-                theta = self.theta + self.speed * self.parameters[Parameter.PERIOD]
-                self._miss(FaultCode.ENCODER_GLITCH, step)
+        if self.state in (NodeState.OPERATIONAL, NodeState.QUICKSTOP):
+            if abs(theta - self.theta) > self._theta_step * self._age:
+                theta = self._doubt(theta, speed)
             else:
                 self._ladder.clear(FaultCode.ENCODER_GLITCH)
             self._watch_range(theta, speed)
+        elif self.reaction is Reaction.DAMP:
+            self._watch_range(theta, speed)
         self.theta, self.speed = theta, speed
+        self._age = 0
+
+    def _doubt(self, theta: float, speed: float) -> float:
+        """A step no joint can make is predicted over (R1); if it lasts, stop where it leads.
+
+        The joint did not move that far, its encoder did: stopping on the old path would.
+        """
+        self._miss(FaultCode.ENCODER_GLITCH, theta - self.theta)
+        if self._ladder.misses[FaultCode.ENCODER_GLITCH] <= _PREDICTED:
+            return self.theta + self.speed * self.parameters[Parameter.PERIOD] * self._age
+        self._stop_from(theta, speed)
+        return theta
 
     def _watch_range(self, theta: float, speed: float) -> None:
         """Joint range: beyond it torque goes off; if it cannot be kept any more, stop now."""
-        p = self.parameters
-        lower, upper = p[Parameter.POSITION_MIN], p[Parameter.POSITION_MAX]
-        if not lower - _BEYOND <= theta <= upper + _BEYOND:
+        if not self._lowest <= theta <= self._highest:
             self._react(Reaction.OFF, FaultCode.HARD_LIMIT, theta)
             return
-        way = speed * abs(speed) / (2.0 * p[Parameter.ACCELERATION_LIMIT])
-        if not lower - _BEYOND <= theta + way <= upper + _BEYOND:
+        way = speed * abs(speed) * self._way_per_square
+        if not self._lowest <= theta + way <= self._highest:
             self._react(Reaction.STOP, FaultCode.SOFT_LIMIT, theta + way)
 
     def _solve(self) -> None:
@@ -224,20 +287,23 @@ class JointNode(FieldNode):
         if (first.poses == 2) is not (second is not None) or self._heard & 1 << self._index:
             return
         trajectory = self._trajectory
-        before = trajectory.theta
+        before, rate_before = trajectory.theta, trajectory.rate
         theta = trajectory.tick(setpoint_of(first, second), self._solver.solve)
         if math.isnan(theta):
             return  # refused whole: counted as a missing set-point at the next SYNC
-        if abs(theta - before) > self._theta_step:
-            self._miss(FaultCode.SETPOINT_STEP, theta - before)
-            theta = before
-        else:
-            self._ladder.clear(FaultCode.SETPOINT_STEP)
-            self._ladder.clear(FaultCode.SETPOINT_MISSING)
-        error = theta - self.theta
-        rate = trajectory.rate - self.speed
+        error, rate = theta - self.theta, trajectory.rate - self.speed
         acceleration = trajectory.acceleration
-        self._out.append(self._error.frame(error, rate, acceleration, self.cycle & 0xFF))
+        try:
+            told = self._error.frame(error, rate, acceleration, self.cycle & 0xFF)
+        except EncodeError:
+            told = None  # more than a joint error can say: a step, as below
+        if told is None or abs(theta - before) > self._theta_step * (1 + self._held):
+            self._miss(FaultCode.SETPOINT_STEP, theta - before)
+            self._stop_from(before, rate_before)  # none of the step may act
+            return
+        self._held = 0
+        self._ladder.clear(FaultCode.SETPOINT_MISSING)
+        self._out.append(told)
         self._know(self._index, error, rate, acceleration)
 
     def _on_error(self, index: int, error: JointError) -> None:
@@ -294,7 +360,7 @@ class JointNode(FieldNode):
                 self.theta = self._encoder.angle(measure.counts)
             else:
                 self._react(Reaction.OFF, FaultCode.HOMING_FAILED, self._encoder.residual)
-                torque = 0.0
+                return
         self._drive(torque)
 
     def _stop(self) -> None:

@@ -37,18 +37,23 @@ LADDERS: Final[dict[FaultCode, Steps]] = {
     ),
     FaultCode.MEASURE_MISSING: ((1, Reaction.HOLD), (3, Reaction.OFF)),
     FaultCode.ERROR_MISSING: ((1, Reaction.HOLD), (3, Reaction.STOP)),
-    FaultCode.SETPOINT_STEP: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+    FaultCode.ROWS_MISSING: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+    FaultCode.SETPOINT_STEP: ((1, Reaction.STOP),),
     FaultCode.ENCODER_GLITCH: ((1, Reaction.HOLD), (3, Reaction.STOP)),
 }
 
 
 class Ladder:
-    """Counts consecutive cycles with a fault, one count for each kind of fault."""
+    """Counts consecutive cycles with a fault, one count for each kind of fault.
+
+    Attributes:
+        misses: counts, by fault code (a list: every cycle clears several).
+    """
 
     __slots__ = ("misses",)
 
     def __init__(self) -> None:
-        self.misses = dict.fromkeys(LADDERS, 0)
+        self.misses = [0] * len(FaultCode)
 
     def miss(self, fault: FaultCode) -> Reaction:
         """One more cycle with the fault; the reaction it has reached."""
@@ -65,4 +70,4 @@ class Ladder:
 
     def reset(self) -> None:
         """Back to the ground, after RESET or START."""
-        self.misses = dict.fromkeys(LADDERS, 0)
+        self.misses = [0] * len(FaultCode)

@@ -55,7 +55,7 @@ class FaultCode(IntEnum):
     NODE_REJOINED = 23
     PLANT_FAILED = 24
     BUS_OFF = 25
-    ROWS_REFUSED = 26
+    ROWS_MISSING = 26
 
 
 class TrajectoryState(IntEnum):
