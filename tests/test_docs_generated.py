@@ -1,8 +1,9 @@
-"""What docs/ say of the wire and of the states is what the DBC and the tables say."""
+"""What docs/ say of the wire, the states and the verbs is what the code says."""
 
 import re
 from collections.abc import Callable
 
+import draw_cli
 import draw_states
 import draw_wire
 import pytest
@@ -14,6 +15,7 @@ from rfms_can.codec import load_database
 @pytest.mark.parametrize(
     ("tool", "file", "render"),
     [
+        ("draw_cli.py", "command-line.md", draw_cli.render),
         ("draw_states.py", "states.md", draw_states.render),
         ("draw_wire.py", "wire.md", draw_wire.render),
     ],

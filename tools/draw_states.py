@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import TypeVar
 
-from generated import main
+from generated import main, table
 
+from rfms_can.joint_nodes.ladder import LADDERS, Reaction
 from rfms_can.joint_nodes.states import TRANSITIONS as NODE
 from rfms_can.master.phases import BUS_STATES, PHASES
 from rfms_can.master.states import ON_THE_WIRE
@@ -27,24 +28,35 @@ def diagram(table: Mapping[State, Mapping[Event, State]]) -> str:
     return "\n".join(["```mermaid", "stateDiagram-v2", f"    [*] --> {first}", *lines, "```"])
 
 
-def words(heading: str, of: str, table: Mapping[State, Name]) -> str:
+def names(heading: str, of: str, entries: Mapping[State, Name]) -> str:
     """A table of what each state is called on the bus."""
-    rows = [f"| {state.name} | {name.name} |" for state, name in table.items()]
-    return "\n".join([f"| {heading} | {of} |", "|---|---|", *rows])
+    return table((heading, of), [(state.name, name.name) for state, name in entries.items()])
+
+
+def ladders() -> str:
+    """A table of the safety ladder: which fault leads to what, after how many cycles."""
+    columns = ("fault", *(reaction.name for reaction in Reaction if reaction))
+    rows = []
+    for fault, steps in LADDERS.items():
+        bounds = {reaction: str(cycles) for cycles, reaction in steps}
+        rows.append((fault.name, *(bounds.get(r, "") for r in Reaction if r)))
+    return table(columns, rows)
 
 
 def render() -> str:
-    """The three diagrams, each under its heading."""
+    """The three diagrams, each under its heading, and the safety ladder."""
     return "\n\n".join(
         [
             "## A node (`rfms_can/joint_nodes/states.py`)",
             diagram(NODE),
+            "The safety ladder: after how many cycles in a row a fault leads to which reaction.",
+            ladders(),
             "## The master (`rfms_can/master/phases.py`)",
             diagram(PHASES),
-            words("phase", "state in SYNC", BUS_STATES),
+            names("phase", "state in SYNC", BUS_STATES),
             "## The trajectory generator (`rfms_can/master/states.py`)",
             diagram(GENERATOR),
-            words("stage", "state in SETPOINT", ON_THE_WIRE),
+            names("stage", "state in SETPOINT", ON_THE_WIRE),
         ]
     )
 

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 
 from cantools.database.can import Message, Signal
-from generated import main
+from generated import main, table
 
 from rfms_can.bus.timing import BusTiming
 from rfms_can.codec import load_database
@@ -109,12 +109,6 @@ def frame_row(kind: Kind, messages: list[Message]) -> tuple[str, ...]:
         ids, f"[{name}](#{heading(messages).lower()})", str(kind.length), kind.every,
         people(set(first.senders), n), people(first.receivers, n), microseconds, kind.comment,
     )  # fmt: skip
-
-
-def table(columns: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    """A Markdown table."""
-    lines = [f"| {' | '.join(row)} |" for row in (columns, *rows)]
-    return "\n".join([lines[0], "|" + "---|" * len(columns), *lines[1:]])
 
 
 def render() -> str:
