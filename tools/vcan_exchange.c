@@ -7,11 +7,11 @@
  *   plant    on SYNC: MEASURE 1..7
  *   joint n  on SYNC, SETPOINT and MEASURE n: ERROR n; on all six ERRORs: DAC n
  *   gripper  on MEASURE 7: DAC 7
- *   master   on all six ERRORs: ROWS 1..6; on 6 ERROR, 7 DAC and 7 MEASURE the cycle ends, after
- *            28 frames
+ *   master   on MEASURE 1..6: ROWS 1..6; the cycle ends with 7 MEASURE, 6 ERROR, 7 DAC and its
+ *            own 6 ROWS, heard back when they have gone out: 28 frames
  *
  * Every payload starts with the cycle number, which every receiver checks; every joint checks that
- * each set of ROWS is whole. The emergency stop (0x000) ends the exchange.
+ * its row has come. The emergency stop (0x000) ends the exchange.
  *
  * Build: cc -O2 -Wall -Wextra -o vcan_exchange vcan_exchange.c    Usage: see main
  */
@@ -72,6 +72,7 @@ static struct can_filter *receive_filters(unsigned n, struct can_filter *end)
         end = accept_ids(end, MEASURE + 1, MEASURE + GRIPPER);
         end = accept_ids(end, ERROR + 1, ERROR + JOINTS);
         end = accept_ids(end, DAC + 1, DAC + GRIPPER);
+        end = accept_ids(end, ROWS + 1, ROWS + JOINTS); /* its own: they have gone out */
         end = accept_ids(end, HEARTBEAT + 1, HEARTBEAT + NODES);
         return accept_ids(end, EMCY + 1, EMCY + NODES);
     }
@@ -85,12 +86,12 @@ static struct can_filter *receive_filters(unsigned n, struct can_filter *end)
     end = accept_ids(end, SETPOINT_1, SETPOINT_2);
     end = accept_ids(end, BIAS, BIAS);
     end = accept_ids(end, ERROR + 1, ERROR + JOINTS);
-    return accept_ids(end, ROWS + 1, ROWS + JOINTS);
+    return accept_ids(end, ROWS + n, ROWS + n);
 }
 
 static void open_bus(struct node *node)
 {
-    const int on = 1;
+    const int on = 1, own = node->number == MASTER;
     const struct timeval limit = {.tv_sec = SILENCE_LIMIT_S};
     struct can_filter filters[48];
     const struct can_filter *end = receive_filters(node->number, filters);
@@ -101,6 +102,7 @@ static void open_bus(struct node *node)
     address.can_ifindex = (int)if_nametoindex("vcan0");
     if (node->socket < 0 || !address.can_ifindex ||
         setsockopt(node->socket, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on) ||
+        setsockopt(node->socket, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &own, sizeof own) ||
         setsockopt(node->socket, SOL_CAN_RAW, CAN_RAW_FILTER, filters, size) ||
         setsockopt(node->socket, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit) ||
         bind(node->socket, (struct sockaddr *)&address, sizeof address))
@@ -128,8 +130,8 @@ static unsigned receive(struct node *node)
     const unsigned id = frame.can_id & CAN_SFF_MASK, bit = 1u << (id & 0xf);
     memcpy(&cycle, frame.data, sizeof cycle);
     if (id == SYNC) {
-        if (node->number <= JOINTS && node->cycle && node->rows != ALL_JOINTS)
-            fail(node, "a set of ROWS is not whole");
+        if (node->number <= JOINTS && node->cycle && !node->rows)
+            fail(node, "its row is missing");
         *node = (struct node){.number = node->number, .socket = node->socket, .cycle = cycle};
     }
     if (cycle != node->cycle)
@@ -179,17 +181,20 @@ static void run_plant(struct node *node)
 static void run_master(struct node *node, uint32_t cycles)
 {
     for (node->cycle = 1; node->cycle <= cycles; node->cycle++) {
+        int sent = 0;
+
         node->measure = node->errors = node->dac = node->rows = 0;
         send_frame(node, SYNC, 12);
         send_frame(node, SETPOINT_1, 64);
-        while (node->errors != ALL_JOINTS || node->dac != ALL_AXES || node->measure != ALL_AXES) {
+        while (node->errors != ALL_JOINTS || node->dac != ALL_AXES ||
+               node->measure != ALL_AXES || node->rows != ALL_JOINTS) {
             if (receive(node) == EMERGENCY_STOP)
                 fail(node, "somebody else's emergency stop");
-            if (node->rows || node->errors != ALL_JOINTS)
+            if (sent || (node->measure & ALL_JOINTS) != ALL_JOINTS)
                 continue;
             for (unsigned n = 1; n <= JOINTS; n++)
                 send_frame(node, ROWS + n, 64);
-            node->rows = ALL_JOINTS;
+            sent = 1;
         }
     }
     node->cycle = cycles;

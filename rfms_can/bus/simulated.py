@@ -66,7 +66,7 @@ class SimulatedBus:
         self.now_ns = start_ns
         self.observers: list[Observer] = []
         self._medium = Medium(
-            self.timing, start_ns, worst_case, disturber, on_bus_off=self._forget_routes
+            self.timing, start_ns, worst_case, disturber, on_bus_off=self.reroute
         )
         self._controllers: list[Controller] = []
         self._deadlines: list[int] = [NEVER]  # first of what is put off, then by controller
@@ -93,7 +93,7 @@ class SimulatedBus:
         self._controllers.append(controller)
         self._deadlines.append(NEVER)
         self._read_deadline(controller)
-        self._forget_routes()
+        self.reroute()
         return controller
 
     def detach(self, controller: Controller) -> None:
@@ -104,7 +104,7 @@ class SimulatedBus:
             remaining.index = index
         controller.bus_off = True
         self._medium.drop(controller)
-        self._forget_routes()
+        self.reroute()
 
     def send(self, controller: Controller, frames: Sequence[Frame]) -> None:
         """Hand frames over at this instant on behalf of a node (a program, a test)."""
@@ -245,6 +245,7 @@ class SimulatedBus:
         deadline_ns = controller.node.next_deadline_ns()
         self._deadlines[controller.index] = NEVER if deadline_ns is None else deadline_ns
 
-    def _forget_routes(self) -> None:
+    def reroute(self) -> None:
+        """Look up again who hears what: a node's handlers or acceptance have changed."""
         for controller in self._controllers:
             controller.routes.clear()

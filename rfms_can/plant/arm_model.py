@@ -100,6 +100,11 @@ class ArmModel:
             if any(self._warnings.tolist()):
                 self._raise_warning()
 
+    @property
+    def engine(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """MuJoCo's own model and data, for tools that look closer."""
+        return self._model, self._data
+
     def inertia_matrix(self) -> list[list[float]]:
         """Joint-space inertia at the last step, armature included, (6, 6), kg m2."""
         mujoco.mj_fullM(self._model, self._data, self._inertia)
