@@ -173,6 +173,7 @@ class Bench:
         node: the node under test.
         cycle: cycle under way, as SYNC counts.
         now_ns: time.
+        row_set: set of rows sent last.
         heard: everything the node has sent.
     """
 
@@ -183,6 +184,8 @@ class Bench:
         self.parameters = dict(parameters)
         self.cycle = -1
         self.now_ns = 0
+        self._sync_ns = 0  # when the last SYNC was due
+        self.row_set = 0
         self.heard: list[Heard] = []
         self._reader = Reader(wire)
         self._senders: dict[tuple[type[NamedTuple], int | None], Sender[Any]] = {}
@@ -223,16 +226,21 @@ class Bench:
     def sync(
         self,
         state: NodeState = NodeState.OPERATIONAL,
-        row_set: int = 0,
+        row_set: int | None = None,
         *,
         dbc_hash: int | None = None,
         lost: bool = False,
     ) -> list[Heard]:
-        """Begin the next cycle a period later; ``lost``: without the node hearing of it."""
+        """Begin the next cycle a period later; ``lost``: without the node hearing of it.
+
+        SYNC names the set of rows sent last if no other is given.
+        """
         self.cycle += 1
-        self.now_ns += PERIOD_NS
+        self._sync_ns += PERIOD_NS
+        self.now_ns = self._sync_ns
         digest = self.wire.dbc_hash if dbc_hash is None else dbc_hash
-        frame = self.sender(Sync, None).frame(self.cycle, state, row_set, digest)
+        named = self.row_set if row_set is None else row_set
+        frame = self.sender(Sync, None).frame(self.cycle, state, named, digest)
         due = self.let_time_pass()
         return due if lost else due + self.give(frame)
 
@@ -251,6 +259,7 @@ class Bench:
             assert due is not None
             self.now_ns = due
             self.cycle += 1
+            self._sync_ns += PERIOD_NS
             answers += self._take(self.field_node.on_time(due))
         return answers
 
@@ -406,12 +415,13 @@ class JointBench(Bench):
         law: Law = Law.PID,
     ) -> list[Heard]:
         """The node's own row of a set."""
+        self.row_set = number
         own = [float(i == self.index) for i in range(6)] if compliance is None else compliance
         return self.say(Rows, self.number, *own, *weighted, gravity, number, law)
 
     # --- whole cycles -------------------------------------------------------------------------
 
-    def run(self, cycles: int = 1, row_set: int = 0) -> list[Heard]:
+    def run(self, cycles: int = 1, row_set: int | None = None) -> list[Heard]:
         """Good control cycles; the arm stands where its set-point is."""
         answers: list[Heard] = []
         for _ in range(cycles):
@@ -424,6 +434,7 @@ class JointBench(Bench):
     def home(self) -> None:
         """From PREOP to READY; the index has been seen already."""
         self.command(Command.HOME)
+        self.rows(self.row_set)
         self.sync(NodeState.HOMING)
         self.measure()
         self.reference()

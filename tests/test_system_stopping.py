@@ -1,0 +1,158 @@
+"""Who stops the arm when part of the bus dies in mid-motion: every node by itself."""
+
+import math
+
+import pytest
+
+from rfms_can.bus.controller import Controller
+from rfms_can.bus.simulated import SimulatedBus
+from rfms_can.frame import Frame
+from rfms_can.joint_nodes.ladder import Reaction
+from rfms_can.kinematics import direct
+from rfms_can.master.phases import Phase
+from rfms_can.messages import ModeMessage, MoveRequest, PositionMessage, TransformMessage
+from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import ESTOP_VALUES, JOINTS, Wire
+from rfms_can.wire.records import Estop, Measure
+from rfms_can.wire.vocabulary import FaultCode, NodeState
+
+pytestmark = pytest.mark.system
+
+SECOND = 1_000_000_000
+AWAY = (0.6, 0.3, -0.5, 0.5, 0.4, -0.6)
+"""Where the arm is sent from park, rad: all joints at once, and not slowly."""
+
+
+class Rig:
+    """All nine nodes on the simulated bus, with a plug for each."""
+
+    def __init__(self, wire: Wire, arm: str) -> None:
+        settings = RunSettings(arm=arm)
+        self.arm = settings.the_arm
+        self.bus = SimulatedBus()
+        self.joints = [make_joint(joint, settings, wire) for joint in JOINTS]
+        self.gripper = make_gripper(settings, wire)
+        self.plant = make_plant(settings, wire)
+        self.master = make_master(settings, wire)
+        nodes = (*self.joints, self.gripper, self.plant, self.master)
+        self.plugs: dict[str, Controller] = {node.name: self.bus.attach(node) for node in nodes}
+        self.fastest = [0.0] * len(JOINTS)
+        self.lowest = [math.inf] * len(JOINTS)
+        self.highest = [-math.inf] * len(JOINTS)
+        self.braked = [False] * len(JOINTS)
+        self._measures = {wire.id(Measure, joint): wire.codec(Measure, joint) for joint in JOINTS}
+        self.bus.observers.append(self._watch_brakes)
+
+    def _watch_brakes(self, _: int, frame: Frame, sender: str) -> None:
+        if frame.id in self._measures and sender == "plant":
+            measure = self._measures[frame.id].unpack(frame.data)
+            assert measure is not None
+            self.braked[(frame.id & 0xF) - 1] = bool(measure.braked)
+
+    def enable(self) -> "Rig":
+        self.bus.run_until(lambda: self.master.phase is Phase.READY)
+        self.master.start()
+        self.bus.run_until(lambda: self.master.phase is Phase.RUN)
+        self.run(0.2)
+        return self
+
+    def move_away(self) -> None:
+        """Start a motion of 0.8 s and let it come to full speed."""
+        goal = [q + way for q, way in zip(self.arm.park, AWAY, strict=True)]
+        self.master.handle(TransformMessage("goal", direct(self.arm, goal)))
+        self.master.handle(PositionMessage("away", ["t6"], ["goal"]))
+        self.master.handle(ModeMessage("swift", "joint", 0.8, 0.2))
+        self.master.handle(MoveRequest("away", "swift"))
+        self.run(0.4)
+        assert max(map(abs, self.plant.physics.true_qd)) > 0.5
+
+    def run(self, seconds: float) -> None:
+        """Let time pass, and watch the true arm."""
+        until_ns = self.bus.now_ns + round(seconds * SECOND)
+        while self.bus.now_ns < until_ns:
+            self.bus.run_until(self.bus.now_ns + 1_000_000)
+            physics = self.plant.physics
+            for i, (q, qd) in enumerate(zip(physics.true_q, physics.true_qd, strict=True)):
+                self.fastest[i] = max(self.fastest[i], abs(qd))
+                self.lowest[i] = min(self.lowest[i], q)
+                self.highest[i] = max(self.highest[i], q)
+
+    def assert_within_limits(self) -> None:
+        """Speeds and ranges of every joint, ever since."""
+        for i in range(len(JOINTS)):
+            lower, upper = self.arm.joint_limits[i]
+            assert self.fastest[i] <= self.arm.speed_limits[i], f"joint {i + 1}"
+            assert lower <= self.lowest[i] <= self.highest[i] <= upper, f"joint {i + 1}"
+
+    def assert_at_rest(self) -> None:
+        """No joint moves by more than two encoder counts in half a second."""
+        before = list(self.plant.physics.true_q)
+        self.run(0.5)
+        after = self.plant.physics.true_q
+        for q0, q, drive in zip(before, after, self.arm.drives, strict=True):
+            assert abs((q - q0) * drive.counts_per_radian) < 2.0
+
+
+@pytest.fixture(params=["puma260", "puma560"])
+def rig(request: pytest.FixtureRequest, wire: Wire) -> Rig:
+    return Rig(wire, request.param).enable()
+
+
+def test_the_arm_comes_to_rest_when_the_master_dies_in_mid_motion(rig: Rig) -> None:
+    rig.move_away()
+    rig.bus.detach(rig.plugs["master"])
+    rig.run(0.05)
+    assert {node.state for node in rig.joints} <= {NodeState.QUICKSTOP, NodeState.FAULT}
+    rig.run(1.0)
+    rig.assert_at_rest()
+    rig.assert_within_limits()
+    assert rig.braked == [True] * len(JOINTS)
+    assert {node.reaction for node in rig.joints} == {Reaction.OFF}
+    assert {node.state for node in rig.joints} == {NodeState.FAULT}
+    for node in rig.joints:
+        assert list(node.faults) == [FaultCode.SYNC_MISSING]
+
+
+def test_the_arm_holds_its_place_under_gravity_with_brakes_alone(rig: Rig) -> None:
+    rig.bus.detach(rig.plugs["master"])
+    before = list(rig.plant.physics.true_q)
+    rig.run(2.0)
+    fallen = [abs(q - b) for q, b in zip(rig.plant.physics.true_q, before, strict=True)]
+    assert max(fallen) < 2e-3
+    rig.assert_at_rest()
+
+
+@pytest.mark.parametrize("joint", [1, 2, 5])
+def test_the_others_stop_when_one_joint_node_dies(rig: Rig, joint: int) -> None:
+    rig.move_away()
+    rig.bus.detach(rig.plugs[f"joint {joint}"])
+    rig.run(1.0)
+    rig.assert_at_rest()
+    rig.assert_within_limits()
+    assert rig.braked == [number == joint for number in JOINTS]
+    assert rig.master.phase is Phase.HALT
+    assert rig.master.fault is not None
+    living = [node for node in rig.joints if node.number != joint]
+    assert {node.state for node in living} == {NodeState.QUICKSTOP}
+
+
+def test_torque_ends_everywhere_when_the_plant_falls_silent(rig: Rig) -> None:
+    rig.move_away()
+    rig.bus.detach(rig.plugs["plant"])
+    rig.bus.run_until(rig.bus.now_ns + SECOND // 10)
+    assert {node.state for node in rig.joints} == {NodeState.FAULT}
+    assert {node.reaction for node in rig.joints} == {Reaction.OFF}
+    assert rig.master.fault is not None
+
+
+def test_an_emergency_stop_from_anybody_brakes_the_arm(rig: Rig, wire: Wire) -> None:
+    rig.move_away()
+    stop: Frame = wire.sender(Estop).frame(*ESTOP_VALUES)
+    rig.bus.send(rig.plugs["gripper"], (stop,))
+    rig.run(0.1)
+    rig.assert_at_rest()
+    rig.assert_within_limits()
+    assert rig.master.fault is not None
+    assert {node.state for node in rig.joints} == {NodeState.FAULT}
+    assert all(rig.braked)
