@@ -45,7 +45,7 @@ def test_inertia_is_symmetric_and_positive_with_at_least_the_armature(arm: Arm) 
         M = dynamics.inertia_matrix(case["q"])
         assert (M == M.T).all()
         links = M - np.diag([drive.armature for drive in arm.drives])
-        assert np.linalg.eigvalsh(links).min() > -1e-12
+        assert min(np.linalg.eigvalsh(links)) > -1e-12
 
 
 @arms

@@ -228,7 +228,7 @@ def _draw_bus_load(axes: Any, recording: Recording) -> None:
     axes.axhline(
         100.0 * bound, color=LIMIT, linestyle="--", linewidth=1.0, label=f"bound {bound:.1%}"
     )
-    axes.set_ylim(0.0, 112.0 * max(bound, load.max(initial=0.0)))
+    axes.set_ylim(0.0, 112.0 * max(bound, *load.tolist()))
     axes.legend(loc="lower right", ncols=2, frameon=False, fontsize=9, labelcolor=INK)
 
 

@@ -146,7 +146,7 @@ class Recording:
         parts = self.log.busy_ns * 1e-9 / self.period_s
         whole = len(parts) // window * window
         middle = self.time[:whole].reshape(-1, window).mean(axis=1) + 0.5 * self.period_s
-        return middle, parts[:whole].reshape(-1, window).mean(axis=1)
+        return middle, parts[:whole].reshape(-1, window).mean(axis=1, dtype=np.float64)
 
 
 _STENCILS: Final = {
