@@ -9,6 +9,7 @@ from rich.console import Console
 from rfms_can import __version__
 from rfms_can.cli.budget import budget
 from rfms_can.cli.demo import demo
+from rfms_can.cli.doctor import doctor
 from rfms_can.cli.hub import hub
 from rfms_can.cli.kin import kin
 from rfms_can.cli.nodes import gripper, joint, master, plant
@@ -25,7 +26,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for _verb in (demo, run, up, master, joint, gripper, plant, hub, kin, budget, plot):
+for _verb in (demo, run, up, master, joint, gripper, plant, hub, kin, budget, plot, doctor):
     app.command(_verb.__name__)(_verb)
 
 
