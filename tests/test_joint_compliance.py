@@ -1,0 +1,244 @@
+"""Rows the master sends are found again in the DAC frames: C_theta, M C_theta, gravity, bias."""
+
+import random
+from collections.abc import Sequence
+from operator import mul
+
+import pytest
+from nodes_rig import JointBench
+
+from rfms_can.arm import ARMS, Arm
+from rfms_can.joint_nodes.compliance import RowSets
+from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.records import Bias, Dac, JointError, Rows
+from rfms_can.wire.vocabulary import Command, FaultCode, Law, NodeState, Parameter
+
+MEMORYLESS = {
+    Parameter.KI: 0.0,
+    Parameter.COULOMB_POSITIVE: 0.0,
+    Parameter.COULOMB_NEGATIVE: 0.0,
+}
+"""A servo whose torque follows from this cycle's frames alone."""
+
+ZERO = (0.0,) * 6
+
+
+def dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return float(sum(map(mul, a, b)))
+
+
+class Injector:
+    """An enabled joint whose rows, errors and bias the test chooses; and what must come of them."""
+
+    def __init__(self, wire: Wire, joint: int, arm: Arm, seed: int = 0) -> None:
+        self.bench = JointBench(wire, joint, arm, MEMORYLESS).enable()
+        self.bench.run(6)  # until rate and acceleration of the set-point are those of rest
+        self.random = random.Random(seed)
+        self.scale = self.bench.parameters[Parameter.TORQUE_PER_CODE]
+
+    def some(self, size: float) -> tuple[float, ...]:
+        """Six numbers between -size and size."""
+        return tuple(self.random.uniform(-size, size) for _ in range(6))
+
+    def cycle(
+        self, e: Sequence[float], v: Sequence[float], a: Sequence[float], own: float = 0.0
+    ) -> tuple[Dac, JointError]:
+        """One cycle with these errors of the others, and an own one; DAC and ERROR of it."""
+        bench = self.bench
+        bench.sync()
+        bench.setpoint()
+        answers = bench.measure(bench.q[bench.index] - own)
+        answers += bench.other_errors(e, v, a)
+        (dac,), (error,) = bench.dacs(answers), bench.errors(answers)
+        return dac, error
+
+    def expect(self, dac: Dac, torque: float) -> None:
+        """The code is that of a torque (Nm), to half a code and float32."""
+        assert abs(torque) < self.bench.parameters[Parameter.TORQUE_LIMIT], "choose smaller errors"
+        assert dac.current_dac * self.scale == pytest.approx(
+            torque, abs=0.501 * abs(self.scale), rel=1e-4
+        )
+
+    def whole(
+        self, e: Sequence[float], v: Sequence[float], a: Sequence[float], error: JointError
+    ) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+        """All six errors, rates and accelerations, the own ones as the node told them."""
+        i = self.bench.index
+
+        def among(values: Sequence[float], mine: float) -> tuple[float, ...]:
+            return (*values[:i], mine, *values[i + 1 :])
+
+        return (
+            among(e, error.error),
+            among(v, error.error_rate),
+            among(a, error.acceleration),
+        )
+
+    def law(
+        self,
+        e: Sequence[float],
+        v: Sequence[float],
+        a: Sequence[float],
+        c: Sequence[float],
+        mc: Sequence[float],
+        law: Law,
+    ) -> float:
+        """Eq. 5.11 as corrected, or the inertia-weighted law; Nm."""
+        p = self.bench.parameters
+        if law is Law.WEIGHTED:
+            wn, zeta = p[Parameter.NATURAL_FREQUENCY], p[Parameter.DAMPING_RATIO]
+            return dot(mc, a) + wn * wn * dot(mc, e) + 2.0 * zeta * wn * dot(mc, v)
+        return dot(mc, a) + p[Parameter.KP] * dot(c, e) + p[Parameter.KD] * dot(c, v)
+
+
+@pytest.fixture(params=[(arm, joint) for arm in ARMS for joint in JOINTS], ids=str)
+def injector(request: pytest.FixtureRequest, wire: Wire) -> Injector:
+    arm, joint = request.param
+    return Injector(wire, joint, ARMS[arm], seed=joint)
+
+
+@pytest.mark.parametrize("law", Law)
+def test_mixed_rows_act_in_the_cycle_that_names_them(injector: Injector, law: Law) -> None:
+    bench = injector.bench
+    size = 0.002 if law is Law.PID else 0.0005
+    for number in range(10, 20):
+        c, mc = injector.some(0.8), injector.some(0.02)
+        gravity = injector.random.uniform(-0.3, 0.3)
+        bench.rows(number, compliance=c, weighted=mc, gravity=gravity, law=law)
+        e, v, a = injector.some(size), injector.some(0.01), injector.some(3.0)
+        dac, error = injector.cycle(e, v, a, own=injector.random.uniform(-size, size))
+        torque = injector.law(*injector.whole(e, v, a, error), c, mc, law)
+        injector.expect(dac, torque + gravity)
+
+
+def test_a_row_without_the_own_joint_makes_it_follow_the_others(wire: Wire) -> None:
+    injector = Injector(wire, 3, ARMS["puma560"])
+    row = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+    injector.bench.rows(5, compliance=row)
+    gain = injector.bench.parameters[Parameter.KP]
+    for other in (0.01, -0.02):
+        dac, _ = injector.cycle((0.0, other, 0.0, 0.0, 0.0, 0.0), ZERO, ZERO, own=0.03)
+        injector.expect(dac, gain * other)
+
+
+def test_identity_rows_leave_the_joint_to_itself(injector: Injector) -> None:
+    injector.bench.rows(5)
+    dac, error = injector.cycle(injector.some(0.5), injector.some(5.0), injector.some(9.0), 0.003)
+    p = injector.bench.parameters
+    injector.expect(dac, p[Parameter.KP] * error.error + p[Parameter.KD] * error.error_rate)
+
+
+def test_a_fully_compliant_joint_bears_its_weight_and_no_more(injector: Injector) -> None:
+    injector.bench.rows(5, compliance=ZERO, gravity=0.4)
+    dac, error = injector.cycle(injector.some(0.5), injector.some(5.0), ZERO, own=0.01)
+    assert error.error != 0.0
+    injector.expect(dac, 0.4)
+
+
+# --- swapping ----------------------------------------------------------------------------------
+
+
+def _gravity_in_dac(injector: Injector, row_set: int) -> float:
+    """What the active set says of gravity, read from the DAC; Nm."""
+    bench = injector.bench
+    bench.sync(row_set=row_set)
+    bench.setpoint()
+    (dac,) = bench.dacs(bench.measure() + bench.other_errors())
+    return dac.current_dac * injector.scale
+
+
+@pytest.fixture
+def second(wire: Wire) -> Injector:
+    return Injector(wire, 2, ARMS["puma260"])
+
+
+def test_rows_that_have_come_wait_for_the_sync_that_names_them(second: Injector) -> None:
+    second.bench.rows(1, gravity=1.0)
+    assert _gravity_in_dac(second, 1) == pytest.approx(1.0, abs=0.01)
+    second.bench.rows(2, gravity=2.0)
+    assert _gravity_in_dac(second, 1) == pytest.approx(1.0, abs=0.01)
+    assert _gravity_in_dac(second, 2) == pytest.approx(2.0, abs=0.01)
+
+
+def test_rows_that_come_within_a_cycle_do_not_act_in_it(second: Injector) -> None:
+    bench = second.bench
+    bench.rows(1, gravity=1.0)
+    bench.sync()
+    bench.rows(2, gravity=2.0)
+    bench.setpoint()
+    (dac,) = bench.dacs(bench.measure() + bench.other_errors())
+    assert dac.current_dac * second.scale == pytest.approx(1.0, abs=0.01)
+    assert _gravity_in_dac(second, 2) == pytest.approx(2.0, abs=0.01)
+
+
+def test_a_set_that_has_not_come_leaves_the_old_one_and_is_counted(second: Injector) -> None:
+    second.bench.rows(1, gravity=1.0)
+    assert _gravity_in_dac(second, 1) == pytest.approx(1.0, abs=0.01)
+    second.bench.rows(3, gravity=3.0)
+    assert _gravity_in_dac(second, 2) == pytest.approx(1.0, abs=0.01)  # set 2 was lost
+    assert second.bench.node.faults[FaultCode.ROWS_MISSING] == 1
+    assert _gravity_in_dac(second, 3) == pytest.approx(3.0, abs=0.01)
+    assert second.bench.state is NodeState.OPERATIONAL
+
+
+def test_rows_of_other_joints_are_not_ours(second: Injector) -> None:
+    bench = second.bench
+    bench.rows(1, gravity=1.0)
+    for joint in JOINTS:
+        if joint != bench.number:
+            bench.say(Rows, joint, *ZERO, *ZERO, 5.0, 2, Law.PID)
+    assert _gravity_in_dac(second, 1) == pytest.approx(1.0, abs=0.01)
+    assert _gravity_in_dac(second, 2) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_half_arrived_row_set_never_acts() -> None:
+    rows = RowSets(4)
+    before = (rows.compliance, rows.weighted, rows.gravity, rows.law, rows.number)
+    rows.hear(Rows(*(1.0,) * 12, 9.0, 7, Law.WEIGHTED))
+    assert not rows.swap(6)
+    assert (rows.compliance, rows.weighted, rows.gravity, rows.law, rows.number) == before
+    assert rows.swap(7)
+    assert (rows.gravity, rows.law, rows.number) == (9.0, Law.WEIGHTED, 7)
+    assert rows.swap(7)  # named again: nothing changes
+
+
+def test_set_numbers_wrap(second: Injector) -> None:
+    for k in range(250, 262):
+        gravity = (k - 250) / 10.0
+        second.bench.rows(k & 0xFF, gravity=gravity)
+        assert _gravity_in_dac(second, k & 0xFF) == pytest.approx(gravity, abs=0.01)
+
+
+def test_after_reset_the_sets_of_a_new_master_count_from_anew(second: Injector) -> None:
+    bench = second.bench
+    bench.rows(1, gravity=1.0)
+    _gravity_in_dac(second, 1)
+    bench.command(Command.STOP)
+    bench.command(Command.RESET)
+    bench.rows(1, gravity=2.0)
+    bench.command(Command.HOME)
+    bench.sync(NodeState.HOMING)
+    (dac,) = bench.dacs(bench.measure() + bench.reference())
+    second.expect(dac, 2.0)
+
+
+# --- bias --------------------------------------------------------------------------------------
+
+
+def test_bias_acts_from_the_next_sync_on(second: Injector) -> None:
+    bench = second.bench
+    bench.rows(1)
+    bench.sync()
+    bench.say(Bias, None, 0.1, 0.7, 0.3, 0.0, 0.0, 0.0, bench.cycle & 0xFF)
+    bench.setpoint()
+    (dac,) = bench.dacs(bench.measure() + bench.other_errors())
+    assert dac.current_dac * second.scale == pytest.approx(0.0, abs=0.01)
+    assert _gravity_in_dac(second, 1) == pytest.approx(0.7, abs=0.01)
+
+
+def test_bias_does_not_outlive_the_run_it_was_for(second: Injector) -> None:
+    bench = second.bench
+    bench.say(Bias, None, *(0.7,) * 6, 0)
+    bench.command(Command.STOP)
+    bench.start()
+    assert _gravity_in_dac(second, bench.row_set) == pytest.approx(0.0, abs=0.01)
