@@ -1,0 +1,229 @@
+"""Homing: the encoder's zero from index pulse and coarse position, to the count."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from nodes_rig import JointBench
+
+from rfms_can.arm import ARMS, Arm
+from rfms_can.encoder import AMBIGUITY, EncoderReference
+from rfms_can.joint_nodes.homing import Homing
+from rfms_can.joint_nodes.servo import Servo
+from rfms_can.master.arm_state import ArmState
+from rfms_can.master.node_parameters import all_parameters
+from rfms_can.plant.board import Board
+from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.records import Measure, Reference
+from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
+
+PERIOD_S = 0.004
+PARAMETERS = {name: all_parameters(arm, "corke", PERIOD_S) for name, arm in ARMS.items()}
+
+arms = st.sampled_from(sorted(ARMS))
+joints = st.sampled_from(JOINTS)
+parts = st.floats(0.0, 1.0)
+"""Where a joint powers up, as a part of its range."""
+
+
+def angle_at(arm: Arm, joint: int, part: float) -> float:
+    lower, upper = arm.joint_limits[joint - 1]
+    return lower + part * (upper - lower)
+
+
+def true_zero_counts(arm: Arm, joint: int, power_up: float) -> int:
+    """What the board counts at joint angle 0, when it counts from power-up."""
+    return -math.floor(power_up * arm.drives[joint - 1].counts_per_radian + 0.5)
+
+
+class Bench:
+    """One real board that is moved by hand, and frames of it as the plant would send them."""
+
+    def __init__(self, arm: Arm, joint: int, power_up: float) -> None:
+        self.board = Board(arm, joint - 1, power_up)
+        self.q = power_up
+
+    def frames(self, q: float) -> tuple[Measure, Reference]:
+        self.q = q
+        self.board.observe(q, 0.0)
+        counts, current, speed, seen = self.board.sample()
+        latched = self.board.latched_index_counts
+        reference = Reference(self.board.coarse(q), latched or 0, int(latched is not None), 0)
+        return Measure(counts, current, speed, 0, int(seen), 0), reference
+
+
+@settings(max_examples=300)
+@given(arms, joints, parts)
+@example("puma260", 1, 0.0)
+@example("puma560", 6, 1.0)
+def test_the_zero_is_exact_to_the_count_wherever_the_joint_powers_up(
+    name: str, joint: int, part: float
+) -> None:
+    arm = ARMS[name]
+    power_up = angle_at(arm, joint, part)
+    bench = Bench(arm, joint, power_up)
+    encoder = EncoderReference(PARAMETERS[name][joint])
+    step = math.copysign(0.01, angle_at(arm, joint, 0.5) - power_up)
+    q = power_up
+    while (result := encoder.find(*bench.frames(q))) is None:
+        q += step
+    assert result is True
+    assert encoder.zero_counts == true_zero_counts(arm, joint, power_up)
+    assert encoder.residual < AMBIGUITY
+    measure, _ = bench.frames(q)
+    assert encoder.angle(measure.counts) == pytest.approx(
+        q, abs=0.51 / abs(arm.drives[joint - 1].counts_per_radian) + 1e-6
+    )
+
+
+@settings(max_examples=100)
+@given(arms, joints, parts, st.sampled_from((0.5, -0.5, 0.45, -0.45)))
+def test_a_potentiometer_off_by_half_an_interval_is_found_out(
+    name: str, joint: int, part: float, off: float
+) -> None:
+    """Half an interval off it could name either pulse: the encoder stays unreferenced."""
+    arm = ARMS[name]
+    power_up = angle_at(arm, joint, 0.1 + 0.8 * part)
+    bench = Bench(arm, joint, power_up)
+    values = dict(PARAMETERS[name][joint])
+    values[Parameter.COARSE_ZERO] += off * arm.drives[joint - 1].index_interval
+    encoder = EncoderReference(values)
+    bench.frames(power_up)
+    frames = bench.frames(power_up + 1.1 * arm.drives[joint - 1].index_interval)
+    assert encoder.find(*frames) is False
+    assert encoder.zero_counts is None
+    assert encoder.residual > AMBIGUITY
+
+
+@given(arms, joints, parts, st.floats(-0.1, 0.1))
+def test_later_samples_agree_with_the_first(name: str, joint: int, part: float, way: float) -> None:
+    arm = ARMS[name]
+    power_up = angle_at(arm, joint, 0.2 + 0.6 * part)
+    bench = Bench(arm, joint, power_up)
+    encoder = EncoderReference(PARAMETERS[name][joint])
+    interval = arm.drives[joint - 1].index_interval
+    bench.frames(power_up)
+    zeros = set()
+    for turned in (1.0, 1.3, 1.3 + way, 2.6, 0.2):
+        assert encoder.find(*bench.frames(power_up + turned * interval)) is True
+        zeros.add(encoder.zero_counts)
+    assert len(zeros) == 1
+
+
+def test_without_an_index_nothing_is_known() -> None:
+    encoder = EncoderReference(PARAMETERS["puma260"][1])
+    assert encoder.find(Measure(0, 0, 0, 0, 0, 0), Reference(2048, 0, 0, 0)) is None
+    assert encoder.zero_counts is None
+
+
+@settings(max_examples=60)
+@given(arms, st.lists(parts, min_size=6, max_size=6))
+def test_the_master_finds_the_same_zeros_in_the_same_frames(name: str, places: list[float]) -> None:
+    arm, parameters = ARMS[name], PARAMETERS[name]
+    state = ArmState({joint: parameters[joint] for joint in JOINTS})
+    assert not state.referenced
+    for joint, part in zip(JOINTS, places, strict=True):
+        power_up = angle_at(arm, joint, 0.1 + 0.8 * part)
+        bench, encoder = Bench(arm, joint, power_up), EncoderReference(parameters[joint])
+        interval = arm.drives[joint - 1].index_interval
+        measure, reference = bench.frames(power_up)
+        state.measure(joint, measure)
+        state.reference(joint, reference)
+        coarse_error = arm.board_scale(joint - 1).coarse_error
+        assert state.q[joint - 1] == pytest.approx(power_up, abs=coarse_error)
+        q = power_up + 1.1 * interval
+        measure, reference = bench.frames(q)
+        state.measure(joint, measure)
+        state.reference(joint, reference)
+        assert encoder.find(measure, reference)
+        assert state.zero_counts[joint - 1] == encoder.zero_counts
+        assert state.q[joint - 1] == encoder.angle(measure.counts)
+    assert state.referenced
+
+
+# --- the motion --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("part", [0.05, 0.45, 0.55, 0.95])
+@pytest.mark.parametrize("name", ARMS)
+def test_a_joint_searches_slowly_towards_the_middle_and_then_holds(name: str, part: float) -> None:
+    """A joint that follows its torque's set-point ideally: what the search asks for."""
+    arm, joint = ARMS[name], 3
+    p = PARAMETERS[name][joint]
+    power_up = angle_at(arm, joint, part)
+    bench, encoder = Bench(arm, joint, power_up), EncoderReference(p)
+    servo = Servo({**p, Parameter.KI: 0.0})
+    homing = Homing(p, encoder, servo)
+    q, path = power_up, [power_up]
+    while homing.found is None:
+        torque = homing.step(*bench.frames(q), 0.0, 0.0)
+        wanted = p[Parameter.HOMING_SPEED] if part < 0.5 else -p[Parameter.HOMING_SPEED]
+        friction = servo.friction(wanted)
+        if homing.found is None:
+            q += (torque - friction - p[Parameter.KD] * wanted) / p[Parameter.KP]
+            path.append(q)
+    assert homing.found
+    steps = [b - a for a, b in pairwise(path)]
+    limit = p[Parameter.HOMING_SPEED] * PERIOD_S + 2.0 / abs(p[Parameter.COUNTS_PER_UNIT])
+    assert max(map(abs, steps)) <= limit
+    assert abs(path[-1] - power_up) <= arm.drives[joint - 1].index_interval + 2 * limit
+    assert (path[-1] - power_up) * (0.5 - part) > 0.0
+    held = [homing.step(*bench.frames(q), 0.0, 0.0) for _ in range(5)]
+    assert max(held) == pytest.approx(min(held))
+
+
+def test_a_joint_that_knows_its_zero_homes_at_once_again(wire: Wire) -> None:
+    bench = JointBench(wire).enable()
+    zero = bench.node._encoder.zero_counts
+    assert zero == -bench.POWER_UP_COUNTS
+    bench.command(Command.STOP)
+    bench.command(Command.RESET)
+    bench.command(Command.HOME)
+    bench.sync(NodeState.HOMING)
+    bench.measure()
+    bench.say(Reference, bench.number, 0, 0, 0, bench.cycle & 0xFF)  # no index, nor needed
+    assert bench.state is NodeState.READY
+    assert bench.node._encoder.zero_counts == zero
+
+
+def test_wrong_potentiometer_fails_homing_and_keeps_the_arm_disabled(wire: Wire) -> None:
+    bench = JointBench(wire)
+    bench.configure()
+    bench.command(Command.HOME)
+    bench.rows(0)
+    bench.sync(NodeState.HOMING)
+    bench.measure()
+    answers = bench.reference(coarse_error=0.5 * bench.arm.drives[bench.index].index_interval)
+    (emergency,) = bench.emergencies(answers)
+    assert emergency.fault == FaultCode.HOMING_FAILED
+    assert emergency.value == pytest.approx(0.5, abs=0.1)
+    assert [dac.current_dac for dac in bench.dacs(answers)] == [0]
+    for command in (Command.HOME, Command.START):
+        bench.command(command)
+    assert bench.state is NodeState.FAULT
+
+
+def test_a_homed_joint_holds_until_it_is_started(wire: Wire) -> None:
+    bench = JointBench(wire)
+    bench.configure()
+    bench.home()
+    for _ in range(5):
+        bench.sync(NodeState.HOMING)
+        assert len(bench.dacs(bench.measure() + bench.reference())) == 1
+    bench.sync(NodeState.READY)
+    assert bench.dacs(bench.measure()) == []  # the bus is homed: brakes may hold it
+
+
+def test_reference_of_another_cycle_is_ignored(wire: Wire) -> None:
+    bench = JointBench(wire)
+    bench.configure()
+    bench.command(Command.HOME)
+    bench.sync(NodeState.HOMING)
+    bench.measure()
+    bench.cycle -= 1
+    assert bench.reference() == []
+    bench.cycle += 1
+    assert bench.node.ignored["stale REFERENCE"] == 1
+    assert bench.state is NodeState.HOMING
