@@ -181,8 +181,8 @@ class JointNode(Axis):
         self._errors[index] = error
         self._rates[index] = rate
         self._accelerations[index] = acceleration
-        self._heard |= 1 << index
-        if self._heard == _ALL_ERRORS and self.state is NodeState.OPERATIONAL:
+        before, self._heard = self._heard, self._heard | 1 << index
+        if self._heard == _ALL_ERRORS != before and self.state is NodeState.OPERATIONAL:
             self._ladder.clear(FaultCode.ERROR_MISSING)
             self._drive(self._command())
 
