@@ -50,9 +50,7 @@ class NodeDriver:
         """
         deadline_ns = self._node.next_deadline_ns()
         self._frames -= 1
-        if deadline_ns is not None and (
-            self._frames < 0 or deadline_ns - self._now_ns < FAR_NS
-        ):
+        if deadline_ns is not None and (self._frames < 0 or deadline_ns - self._now_ns < FAR_NS):
             self._read_clock()
             wait_ns = deadline_ns - self._now_ns
             if wait_ns <= 0:

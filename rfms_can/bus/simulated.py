@@ -65,9 +65,7 @@ class SimulatedBus:
         self.timing = timing or BusTiming()
         self.now_ns = start_ns
         self.observers: list[Observer] = []
-        self._medium = Medium(
-            self.timing, start_ns, worst_case, disturber, on_bus_off=self.reroute
-        )
+        self._medium = Medium(self.timing, start_ns, worst_case, disturber, on_bus_off=self.reroute)
         self._controllers: list[Controller] = []
         self._deadlines: list[int] = [NEVER]  # first of what is put off, then by controller
         self._put_off: list[tuple[int, int, Callable[[], None]]] = []  # heap
@@ -246,6 +244,6 @@ class SimulatedBus:
         self._deadlines[controller.index] = NEVER if deadline_ns is None else deadline_ns
 
     def reroute(self) -> None:
-        """Look up again who hears what: a node's handlers or acceptance have changed."""
+        """Look up again who hears what: what a node accepts has changed."""
         for controller in self._controllers:
             controller.routes.clear()
