@@ -7,6 +7,7 @@ Both ways are strict: exact length, every value finite and inside its DBC range.
 """
 
 import hashlib
+import os
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,9 +29,16 @@ HEADER_SIGNALS: Final = ("e2e_crc", "e2e_counter")
 
 HEADER_BYTES: Final = 3
 
+DBC_VARIABLE: Final = "RFMS_DBC"
+
 
 def database_path() -> Path:
-    """Where the DBC lies: beside the installed package, or in the source tree's ``dbc/``."""
+    """Where the DBC lies: beside the installed package, or in the source tree's ``dbc/``.
+
+    The environment variable ``RFMS_DBC`` names another one.
+    """
+    if DBC_VARIABLE in os.environ:
+        return Path(os.environ[DBC_VARIABLE])
     package = Path(str(resources.files("rfms_can")))
     for path in (package / "rfms.dbc", package.parent / "dbc" / "rfms.dbc"):
         if path.is_file():

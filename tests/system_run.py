@@ -55,6 +55,9 @@ class SimulatedRun:
     def moving_max_deg(self) -> list[float]:
         return [math.degrees(joint.moving_max) for joint in self.result.joints]
 
+    def settled_max_counts(self) -> list[float]:
+        return [joint.settled_max_counts or 0.0 for joint in self.result.joints]
+
 
 class RestWatch:
     """Cuts the ERROR frames of a simulated run into rests, by what the master commands."""

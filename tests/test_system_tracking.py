@@ -27,7 +27,7 @@ def test_no_joint_is_off_by_0_3_degree_while_it_moves(run: SimulatedRun) -> None
 
 
 def test_every_joint_settles_within_two_encoder_counts(run: SimulatedRun) -> None:
-    assert max(joint.settled_max_counts for joint in run.result.joints) <= 2.0
+    assert max(run.settled_max_counts()) <= 2.0
 
 
 def test_nothing_hunts_at_rest(run: SimulatedRun) -> None:
@@ -76,4 +76,4 @@ def test_servos_that_know_another_friction_still_track(arm: str) -> None:
     assert run.result.fault is None
     assert run.result.incomplete == 0
     assert 0.3 < max(run.moving_max_deg()) < 0.8
-    assert max(joint.settled_max_counts for joint in run.result.joints) < 3.0
+    assert max(run.settled_max_counts()) < 3.0

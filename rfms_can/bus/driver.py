@@ -24,6 +24,7 @@ _OPENING_FAILS: Final = (
     TypeError,
     ImportError,
     AttributeError,
+    NameError,
     NotImplementedError,
 )
 """What interfaces were seen to raise for a channel, option or driver that is not there."""

@@ -124,9 +124,7 @@ def master(
 
 def node_settings(config: Path | None, **flags: object) -> RunSettings:
     """Settings of a process of its own: the hub unless a bus is named."""
-    if flags.get("bus") is None:
-        flags["bus"] = DEFAULT_BUS
-    return settings_from(config, **flags)
+    return settings_from(config, {"bus": DEFAULT_BUS}, **flags)
 
 
 def serve(node: Node, settings: RunSettings) -> None:

@@ -2,7 +2,9 @@
 
 import dataclasses
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 import typer
@@ -41,18 +43,22 @@ ConfigOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="one JSON object instead of a table")]
 
 
-def settings_from(config: Path | None, **flags: Any) -> RunSettings:
+def settings_from(
+    config: Path | None, defaults: Mapping[str, Any] = MappingProxyType({}), **flags: Any
+) -> RunSettings:
     """Settings of a run: flags beat the config file, the file beats the defaults.
+
+    Args:
+        config: TOML file; ``rfms.toml``, if there is one, when not given.
+        defaults: of this verb, where they are not those of ``RunSettings``.
+        flags: settings by name; None for a flag that was not given.
 
     Raises:
         RfmsError: the file cannot be read, or holds a key or value that does not fit.
     """
-    known = {field.name: field.type for field in dataclasses.fields(RunSettings)}
-    values = {**_from_file(config, set(known)), **_given(flags)}
-    try:
-        return RunSettings(**values)
-    except TypeError as error:
-        raise SettingsError(f"settings do not fit: {error}") from error
+    known = {field.name for field in dataclasses.fields(RunSettings)}
+    values = {**defaults, **_from_file(config, known), **_given(flags)}
+    return RunSettings(**values)
 
 
 def _given(flags: dict[str, Any]) -> dict[str, Any]:
@@ -64,13 +70,27 @@ def _from_file(config: Path | None, known: set[str]) -> dict[str, Any]:
     if config is None and not path.is_file():
         return {}
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8")).get("run", {})
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise RfmsError(f"config file {path}: {error}") from error
+    table = tables.get("run", {})
+    if tables.keys() - {"run"} or not isinstance(table, dict):
+        raise SettingsError(f"config file {path}: settings stand in one table, [run]")
     unknown = set(table) - known
     if unknown:
         raise SettingsError(
             f"config file {path}: no setting is called {', '.join(sorted(unknown))}; "
             f"there are: {', '.join(sorted(known))}"
         )
+    for name, value in table.items():
+        _check_kind(path, name, value)
     return dict(table)
+
+
+def _check_kind(path: Path, name: str, value: object) -> None:
+    """A value of the file must be of the kind its default is of."""
+    kind = type(getattr(RunSettings(), name))
+    fits = type(value) is kind or (kind is float and type(value) is int)
+    if not fits:
+        words = {str: "a word in quotes", int: "a whole number", float: "a number"}
+        raise SettingsError(f"config file {path}: {name} is {words[kind]}, not {value!r}")

@@ -50,7 +50,12 @@ def progress_line(title: str, *, quiet: bool) -> Iterator[OnProgress | None]:
                 speed=seconds / elapsed if elapsed > 0.0 else 0.0,
             )
 
-        yield report
+        try:
+            yield report
+        except BaseException:
+            progress.remove_task(task)  # what went wrong is said in one line, and alone
+            progress.disable = not console.is_terminal
+            raise
         progress.update(task, total=1, completed=1)
 
 
@@ -69,7 +74,7 @@ def print_result(title: str, result: RunResult) -> None:
             str(joint.joint),
             f"{math.degrees(joint.moving_max):.4f}",
             f"{math.degrees(joint.moving_rms):.4f}",
-            f"{joint.settled_max_counts:.2f}",
+            "-" if joint.settled_max_counts is None else f"{joint.settled_max_counts:.2f}",
         )
     console.print(table)
     run = Table(show_header=False, box=None, padding=(0, 1))

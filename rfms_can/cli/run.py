@@ -1,8 +1,10 @@
 """``rfms run PROGRAM.py``: runs a program against the nine nodes."""
 
 import json
+import signal
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,8 +24,12 @@ from rfms_can.cli.options import (
     settings_from,
 )
 from rfms_can.cli.report import print_result, progress_line
+from rfms_can.rig.interrupt import signals_noted
 from rfms_can.rig.realtime import be_on_time
 from rfms_can.rig.settings import RunSettings
+
+if TYPE_CHECKING:
+    from rfms_can.rig.session import Rig
 
 RecordOption = Annotated[
     Path | None, typer.Option("--record", help="directory for log, settings and summary")
@@ -69,8 +75,14 @@ def run(
         patience=patience,
         seed=seed,
     )
-    be_on_time(fifo, cpu, mlockall)
-    run_program(program, settings, record=record, attach=attach, as_json=as_json)
+    run_program(
+        program,
+        settings,
+        record=record,
+        attach=attach,
+        as_json=as_json,
+        watch=lambda _: be_on_time(fifo, cpu, mlockall),
+    )
 
 
 def run_program(
@@ -80,15 +92,33 @@ def run_program(
     record: Path | None = None,
     attach: bool = False,
     as_json: bool = False,
+    watch: Callable[["Rig"], None] | None = None,
 ) -> None:
-    """Run a program file, show progress and result; exit code 1 after a latched fault."""
+    """Run a program file, show progress and result.
+
+    Exit code 1 after a latched fault; 130 after Ctrl-C and 143 after SIGTERM, the arm braked.
+    """
     from rfms_can.rig.program import load_program
     from rfms_can.rig.runner import execute
 
     program = load_program(path)
     title = f"{path.stem} on {settings.arm}, {settings.bus}"
-    with progress_line(path.stem, quiet=as_json) as progress:
-        outcome = execute(program, settings, record=record, progress=progress, attach=attach)
+    with signals_noted() as interrupt:
+        try:
+            with progress_line(path.stem, quiet=as_json) as progress:
+                outcome = execute(
+                    program,
+                    settings,
+                    record=record,
+                    progress=progress,
+                    attach=attach,
+                    watch=watch,
+                    interrupted=interrupt,
+                )
+        except KeyboardInterrupt:
+            name = (interrupt.signal or signal.SIGINT).name
+            typer.echo(f"rfms: {name} ended the run; the arm has been stopped", err=True)
+            raise typer.Exit(interrupt.exit_code) from None
     if as_json:
         typer.echo(json.dumps(outcome.result.as_dict()))
     else:

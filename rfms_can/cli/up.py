@@ -83,7 +83,8 @@ def _watch(
     keep_going: bool,
     as_json: bool,
 ) -> None:
-    from rfms_can.rig.fleet import Fleet, describe
+    from rfms_can.rig.child import describe
+    from rfms_can.rig.fleet import Fleet
 
     fleet = Fleet(settings, program, record, elsewhere)
     stop = stop_on_signals()

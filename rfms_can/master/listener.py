@@ -38,6 +38,7 @@ class Listener(Endpoint):
         arm_state: where the arm is.
         bring_up: who is on the bus, and what it holds.
         broadcast: what the master sends.
+        heard_back: own frames heard when they had gone out.
     """
 
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
@@ -54,6 +55,7 @@ class Listener(Endpoint):
         self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
         self._senders.extend(self.bring_up.senders)
         self._answers = Answers()
+        self.heard_back = 0
         for joint in JOINTS:
             self._hears(Measure, joint, partial(self._on_measure, joint, bit("MEASURE", joint)))
             self._hears(
@@ -73,7 +75,7 @@ class Listener(Endpoint):
                 ordered=False,  # a node that restarts is to be noticed at once
             )
             self._hears(Emcy, node, partial(self._on_emergency, node), ordered=False)
-        self._hears_back(Heartbeat, MASTER, partial(self._answered, bit("HEARTBEAT", MASTER)))
+        self._hears_back(Heartbeat, MASTER, self._on_beat_sent)
         self._hears(Estop, None, self._on_estop)
 
     def _hears_back(self, record: type[Any], node: int, act: Any) -> None:
@@ -129,7 +131,12 @@ class Listener(Endpoint):
             self.broadcast.rows(self.arm_state.q, self._out)
         self._answered(one)
 
+    def _on_beat_sent(self, _: Frame) -> None:
+        self.heard_back += 1
+        self._answered(bit("HEARTBEAT", MASTER))
+
     def _on_rows_sent(self, one: int, frame: Frame) -> None:
+        self.heard_back += 1
         if self.broadcast.row_gone_out(frame):
             self._answered(one)
 
@@ -150,6 +157,10 @@ class Listener(Endpoint):
             self._answered(one)
         else:
             self.ignored["stale DAC"] += 1
+
+    def lose(self, reason: str) -> None:
+        """Latch a fault that whoever runs the nodes' processes has seen."""
+        self._halt(reason)
 
     # --- how the nodes are --------------------------------------------------------------------
 

@@ -61,6 +61,8 @@ class Supervisor(Listener):
     def stop(self) -> None:
         """Disable the arm at the next closed cycle, brakes on, for good."""
         self._stop_asked = True
+        if self.phase not in CYCLING:  # no node drives yet
+            self.phase, self._deadline_ns = next_phase(self.phase, PhaseEvent.STOP), None
 
     def handle(self, message: Message) -> int:
         """Do what a program asks; see ``Motion.handle``.

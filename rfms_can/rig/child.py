@@ -74,6 +74,11 @@ class Child:
         return self.exit_code or 0
 
 
+def describe(child: Child) -> str:
+    """A child that has ended, in a few words."""
+    return f"{child.name} (pid {child.pid}) has ended with exit code {child.exit_code}"
+
+
 def _run(name: str, body: Callable[[Stop], None], parent: int) -> NoReturn:
     """In the child: run, report in one line, and leave without the parent's clean-up."""
     stopping = False

@@ -1,5 +1,6 @@
 """All processes of a bus under one roof: started together, watched, ended together."""
 
+import contextlib
 import time
 from pathlib import Path
 from typing import Final
@@ -10,10 +11,11 @@ from rfms_can.bus.driver import open_port
 from rfms_can.protection import Refusal
 from rfms_can.rig.child import Child, Stop
 from rfms_can.rig.idle import run_idle
-from rfms_can.rig.processes import OTHERS, start_hub, start_node, start_recorder
+from rfms_can.rig.processes import OTHERS, check_bus, start_hub, start_node, start_recorder
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import LOG, Record
 from rfms_can.rig.runner import execute
+from rfms_can.rig.session import Program
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import MASTER, NODE_NAMES, Wire
 from rfms_can.wire.records import Emcy, Heartbeat
@@ -51,7 +53,7 @@ class Fleet:
     Args:
         settings: of the run.
         program: what the master runs; None to wait with the brakes on.
-        record: directory for the candump log, or None.
+        record: directory to record into, or None; without a program only the log.
         elsewhere: node numbers that are not ours to start.
 
     Raises:
@@ -71,33 +73,36 @@ class Fleet:
         self.children: dict[int, Child] = {}
         self._helpers: list[Child] = []
         self._heard: dict[int, float] = {}
+        self._record = record
+        loaded = None if program is None else load_program(program)
         try:
             hub = start_hub(settings)
             self._helpers += [] if hub is None else [hub]
-            if record is not None:
+            check_bus(settings)
+            if record is not None and loaded is None:  # a program's master records by itself
                 Record(record)
                 self._helpers.insert(0, start_recorder(record / LOG, settings))
             for node in OTHERS:
                 if node not in elsewhere:
                     self.children[node] = start_node(node, settings, self._wire)
             if MASTER not in elsewhere:
-                self.children[MASTER] = self._start_master(program)
+                self.children[MASTER] = self._start_master(loaded)
             self._listen()
         except BaseException:
             self.close()
             raise
 
-    def _start_master(self, program: Path | None) -> Child:
-        settings = self._settings
-        loaded = None if program is None else load_program(program)
+    def _start_master(self, program: Program | None) -> Child:
+        settings, record = self._settings, self._record
 
         def body(stop: Stop) -> None:
-            if loaded is None:
+            if program is None:
                 run_idle(settings, stop)
                 return
-            outcome = execute(loaded, settings, attach=True)
-            if outcome.fault is not None:
-                raise outcome.fault
+            with contextlib.suppress(KeyboardInterrupt):  # told to stop: the arm is braked
+                outcome = execute(program, settings, record=record, attach=True, interrupted=stop)
+                if outcome.fault is not None:
+                    raise outcome.fault
 
         return Child("master", body)
 
@@ -154,8 +159,3 @@ class Fleet:
                 child.join()
         if hasattr(self, "_port"):
             self._port.close()
-
-
-def describe(child: Child) -> str:
-    """A dead child, in one line."""
-    return f"{child.name} (pid {child.pid}) has ended with exit code {child.exit_code}"

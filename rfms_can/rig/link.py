@@ -26,41 +26,63 @@ class DirectLink:
         supervisor: the master.
         pump: runs the bus.
         on_cycle: called once for every closed cycle.
+        interrupted: whether somebody wants the program to end; asked after every event.
     """
 
-    def __init__(self, supervisor: Supervisor, pump: Pump, on_cycle: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        pump: Pump,
+        on_cycle: Callable[[], None],
+        interrupted: Callable[[], bool] = lambda: False,
+    ) -> None:
         self._supervisor = supervisor
         self._pump = pump
         self._on_cycle = on_cycle
+        self._interrupted = interrupted
         self._closed = supervisor.closed
         self._counts_per_rad = [abs(d.counts_per_radian) for d in supervisor.arm.drives]
         self._q = list(supervisor.arm_state.q)
         self._jaw_counts = 0
         self._still = self._jaw_still = 0
 
-    def pass_time(self, condition: Callable[[], bool]) -> None:
-        """Let time go on until a condition holds, whatever happens to the run."""
+    def pass_time(
+        self, condition: Callable[[], bool], ended: Callable[[], bool] = lambda: False
+    ) -> None:
+        """Let time go on until a condition holds, whatever happens to the run.
+
+        Args:
+            condition: asked at the end of every cycle.
+            ended: asked after every event.
+        """
         supervisor = self._supervisor
         if condition():
             return
 
         def held() -> bool:
             if supervisor.closed == self._closed and supervisor.fault is None:
-                return False  # nothing a condition may ask about changes within a cycle
+                return ended()  # nothing a condition may ask about changes within a cycle
             if supervisor.closed != self._closed:
                 self._closed = supervisor.closed
                 self._watch_stillness()
                 self._on_cycle()
-            return condition()
+            return condition() or ended()
 
         self._pump(held)
 
     def run_until(self, condition: Callable[[], bool]) -> None:
-        """Let time go on until a condition holds; a halted run raises ``FaultError``."""
+        """Let time go on until a condition holds; a halted run raises ``FaultError``.
+
+        Raises:
+            FaultError: the run was halted.
+            KeyboardInterrupt: somebody wants the program to end.
+        """
         supervisor = self._supervisor
-        self.pass_time(lambda: supervisor.fault is not None or condition())
+        self.pass_time(lambda: supervisor.fault is not None or condition(), self._interrupted)
         if supervisor.fault is not None:
             raise FaultError(supervisor.fault)
+        if self._interrupted():
+            raise KeyboardInterrupt
 
     def request(self, message: Message) -> int:
         """Hand a message to the supervisor; in real time in the thread that runs it."""

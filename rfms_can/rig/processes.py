@@ -4,6 +4,8 @@ One warm parent forks the others, so that a slow machine imports the heavy libra
 """
 
 import gc
+import math
+import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -19,13 +21,15 @@ from rfms_can.bus.url import HUB, parse_bus_url
 from rfms_can.errors import BusError
 from rfms_can.node import Node
 from rfms_can.rig.candump import CandumpWriter
-from rfms_can.rig.child import Child, Stop
+from rfms_can.rig.child import Child, Stop, describe
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
 
 LOOK_EVERY: Final = 512
-"""Frames between two looks at whether the children live."""
+"""Frames between two looks at whether the children live; when no frame comes we look at once."""
+LAST_FRAMES_S: Final = 1.0
+"""How long a recorder that is to stop goes on reading a bus that does not fall silent."""
 HUB_PATIENCE_S: Final = 10.0
 
 OTHERS: Final = (*JOINTS, GRIPPER, PLANT)
@@ -67,7 +71,7 @@ def start_hub(settings: RunSettings) -> Child | None:
     timing = BusTiming(settings.bit_rate, settings.data_bit_rate)
 
     def body(_: Stop) -> None:
-        serve(url.channel, timing)
+        serve(url.channel, timing, stop_signals=(signal.SIGTERM,))  # Ctrl-C is the parent's
 
     child = Child(f"hub {url.channel}", body)
     until = time.monotonic() + HUB_PATIENCE_S
@@ -78,6 +82,15 @@ def start_hub(settings: RunSettings) -> Child | None:
     return child
 
 
+def check_bus(settings: RunSettings) -> None:
+    """Say once that the bus is not there, instead of nine times.
+
+    Raises:
+        BusError: it is not.
+    """
+    open_port(settings.bus, frozenset(), client="check").close()
+
+
 def start_recorder(path: Path, settings: RunSettings) -> Child:
     """A process that writes every frame of the bus to a candump log."""
     channel = parse_bus_url(settings.bus).channel
@@ -85,13 +98,16 @@ def start_recorder(path: Path, settings: RunSettings) -> Child:
     def body(stop: Stop) -> None:
         port = open_port(settings.bus, None, client="recorder")
         writer = CandumpWriter(path, channel, time.time_ns() - time.monotonic_ns())
+        until = math.inf
         try:
-            while True:
+            while time.monotonic() < until:
                 frame = port.recv(1.0)
                 if frame is not None:
                     writer.write(time.monotonic_ns(), frame)
                 elif stop():
                     return  # told to stop, and nothing left to read
+                if stop() and until == math.inf:
+                    until = time.monotonic() + LAST_FRAMES_S
         finally:
             writer.close()
             port.close()
@@ -130,6 +146,7 @@ class ProcessRig:
         try:
             hub = start_hub(settings)
             self._hub += [] if hub is None else [hub]
+            check_bus(settings)
             self._recorder += [] if record is None else [start_recorder(record, settings)]
             self.children = [start_node(n, settings, wire) for n in OTHERS if n not in elsewhere]
             self.supervisor = make_master(settings, wire)
@@ -142,37 +159,38 @@ class ProcessRig:
         self._statistics = self._port.statistics
         self._driver = NodeDriver(self.supervisor, self._port)
         self._look = 0
-        self._begun = 0
+        self._received = self._begun = 0
 
     def pump(self, condition: Callable[[], bool]) -> None:
-        """Run until a condition holds.
+        """Run until a condition holds. The death of a node's process is a fault of the run.
 
         Raises:
-            BusError: a child has died.
+            BusError: the bus has gone.
         """
 
         def held() -> bool:
+            received = self._statistics["received"]
             self._look -= 1
-            if self._look <= 0:
+            if self._look <= 0 or received == self._received:
                 self._look = LOOK_EVERY
-                self._check_children()
+                self._look_after_children()
+            self._received = received
             return condition()
 
         self._driver.run_until(held)
 
-    def _check_children(self) -> None:
-        for child in (*self._hub, *self.children):
-            if not child.alive:
-                raise BusError(
-                    f"{child.name} has died (exit code {child.exit_code}); the run is over"
-                )
+    def _look_after_children(self) -> None:
+        for child in self.children:
+            if not child.alive and self.supervisor.fault is None:
+                self.supervisor.lose(f"the process of {describe(child)}")
 
     def begin_measuring(self) -> None:
         """Count frames from now on."""
         self._begun = self._count()
 
     def _count(self) -> int:
-        return self._statistics["sent"] + self._statistics["received"]
+        counts = self._statistics
+        return counts["sent"] + counts["received"] - self.supervisor.heard_back
 
     @property
     def load(self) -> float | None:

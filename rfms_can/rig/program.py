@@ -4,10 +4,11 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from rfms_can.errors import ProgramError
+from rfms_can.errors import ProgramError, RfmsError
 from rfms_can.rig.session import Program
 
 ENTRY = "program"
+_RIG = str(Path(__file__).parent)
 
 
 def load_program(path: Path) -> Program:
@@ -24,9 +25,10 @@ def load_program(path: Path) -> Program:
     try:
         exec(compile(text, str(path), "exec"), scope)  # the user's own program, on their machine
     except SyntaxError as error:
-        raise ProgramError(f"program {path}, line {error.lineno}: {error.msg}") from error
+        where = f"{error.filename or path}, line {error.lineno}"
+        raise ProgramError(f"program {where}: {error.msg}") from error
     except Exception as error:
-        raise ProgramError(f"program {path}{_line(error, path)}: {_what(error)}") from error
+        raise ProgramError(f"program {path}, {_line(error, path)}: {_what(error)}") from error
     program = scope.get(ENTRY)
     if not callable(program):
         raise ProgramError(f"program {path} has no function {ENTRY}(arm); define one")
@@ -34,12 +36,14 @@ def load_program(path: Path) -> Program:
     def run(arm: Any) -> None:
         try:
             program(arm)
-        except ProgramError:
+        except ProgramError as error:
+            raise type(error)(f"program {path}, {_line(error, path)}: {error}") from error
+        except RfmsError:
             raise
         except Exception as error:
-            if _line(error, path):
-                raise ProgramError(f"program {path}{_line(error, path)}: {_what(error)}") from error
-            raise
+            if _is_ours(error):
+                raise
+            raise ProgramError(f"program {path}, {_line(error, path)}: {_what(error)}") from error
 
     return run
 
@@ -49,8 +53,13 @@ def _what(error: Exception) -> str:
 
 
 def _line(error: Exception, path: Path) -> str:
-    """Where in the program an error comes from, if that is where it comes from."""
+    """The innermost line of the program on an error's way up."""
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
+    return f"line {lines[-1]}" if lines else "before its first line"
+
+
+def _is_ours(error: Exception) -> bool:
+    """Whether an error comes from what runs below a program: a bug, to be seen with its trace."""
     frames = traceback.extract_tb(error.__traceback__)
-    if frames and frames[-1].filename == str(path):
-        return f", line {frames[-1].lineno}"
-    return ""
+    below = [frame for frame in frames if frame.filename.startswith(_RIG)]
+    return len(below) > 1  # the first is the call of the program

@@ -96,9 +96,9 @@ def be_on_time(priority: int | None, cpu: int | None, lock_memory: bool) -> None
     if cpu is not None:
         try:
             os.sched_setaffinity(0, {cpu})
-        except OSError as error:
-            allowed = sorted(os.sched_getaffinity(0))
-            raise RfmsError(f"--cpu {cpu}: {error.strerror}; allowed here: {allowed}") from error
+        except (OSError, ValueError) as error:
+            allowed = ", ".join(map(str, sorted(os.sched_getaffinity(0))))
+            raise RfmsError(f"--cpu {cpu}: {error}; allowed here: {allowed}") from error
     if lock_memory and ctypes.CDLL(None, use_errno=True).mlockall(_MCL_CURRENT_AND_FUTURE):
         reason = os.strerror(ctypes.get_errno())
         raise RfmsError(f"--mlockall: {reason}; raise 'ulimit -l' or give CAP_IPC_LOCK")

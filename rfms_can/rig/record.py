@@ -21,6 +21,10 @@ from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import JOINTS, Wire
 
 LOG: Final = "bus.log"
+SETTINGS: Final = "settings.json"
+COMMANDED: Final = "commanded.csv"
+SUMMARY: Final = "summary.json"
+_FILES: Final = (LOG, SETTINGS, COMMANDED, SUMMARY)
 _PACKAGES: Final = ("numpy", "python-can", "cantools", "pin", "mujoco", "autosar-e2e", "msgspec")
 
 
@@ -38,6 +42,8 @@ class Record:
         self.directory = directory
         try:
             directory.mkdir(parents=True, exist_ok=True)
+            for name in _FILES:
+                (directory / name).unlink(missing_ok=True)
             (directory / LOG).write_bytes(b"")
         except OSError as error:
             raise RfmsError(f"--record {directory}: {error.strerror}; name a directory") from error
@@ -50,7 +56,7 @@ class Record:
     def settings(self, settings: RunSettings, arm: Arm, zero_counts: list[int]) -> None:
         """Settings and versions."""
         self._json(
-            "settings.json",
+            SETTINGS,
             {
                 "settings": settings.as_dict(),
                 "zero_counts": zero_counts,
@@ -68,14 +74,21 @@ class Record:
             f"{start // width}," + ",".join(map(repr, angles[start : start + width]))
             for start in range(0, len(angles), width)
         ]
-        (self.directory / "commanded.csv").write_text("\n".join(lines) + "\n", encoding="ascii")
+        self._write(COMMANDED, "\n".join(lines) + "\n")
 
     def summary(self, result: RunResult) -> None:
         """The numbers."""
-        self._json("summary.json", result.as_dict())
+        self._json(SUMMARY, result.as_dict())
 
     def _json(self, name: str, value: dict[str, Any]) -> None:
-        (self.directory / name).write_text(json.dumps(value, indent=2) + "\n", encoding="utf-8")
+        self._write(name, json.dumps(value, indent=2) + "\n")
+
+    def _write(self, name: str, text: str) -> None:
+        path = self.directory / name
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise RfmsError(f"--record: {path} cannot be written: {error.strerror}") from error
 
 
 def versions() -> dict[str, str]:

@@ -11,13 +11,16 @@ from rfms_can.wire import JOINTS
 
 
 class JointResult(msgspec.Struct, frozen=True):
-    """One joint's tracking: largest and rms error while moving, largest once settled, rad."""
+    """One joint's tracking: largest and rms error while moving, largest once settled, rad.
+
+    The latter is None where the run never rested long enough to settle.
+    """
 
     joint: int
     moving_max: float
     moving_rms: float
-    settled_max: float
-    settled_max_counts: float
+    settled_max: float | None
+    settled_max_counts: float | None
 
 
 class RunResult(msgspec.Struct, frozen=True):
@@ -71,8 +74,8 @@ def joint_results(arm: Arm, statistics: RunStatistics) -> list[JointResult]:
             joint,
             moving.largest,
             moving.rms,
-            settled.largest,
-            settled.largest * counts_per_rad,
+            settled.largest if settled.count else None,
+            settled.largest * counts_per_rad if settled.count else None,
         )
 
     return [

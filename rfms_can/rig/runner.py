@@ -36,6 +36,7 @@ def execute(
     progress: Progress | None = None,
     attach: bool = False,
     watch: Callable[[Rig], None] | None = None,
+    interrupted: Callable[[], bool] = lambda: False,
 ) -> Outcome:
     """Run a program.
 
@@ -45,21 +46,37 @@ def execute(
         record: directory to record into, or None.
         progress: called now and then while it runs.
         attach: the other nodes are on the bus already: start none.
-        watch: is shown the rig before the run, for tests and tools.
+        watch: is shown the rig before the run: what it does concerns this process, not the nodes'.
+        interrupted: whether the program shall end; asked while it waits.
 
     Raises:
         RfmsError: whatever ended the run other than a latched fault; the arm is braked.
+        KeyboardInterrupt: ``interrupted`` said so; the arm is braked.
     """
+    bound = bus_bound(settings)
     keeper = None if record is None else Record(record)
     rig, writer = _rig(settings, keeper, attach)
-    if watch is not None:
-        watch(rig)
-    session = Session(
-        rig,
-        bus_bound=bus_bound(settings),
-        progress=progress,
-        keep=keeper is not None,
-    )
+    try:
+        if watch is not None:
+            watch(rig)
+        session = Session(
+            rig,
+            bus_bound=bound,
+            progress=progress,
+            keep=keeper is not None,
+            interrupted=interrupted,
+        )
+        return _run(session, program, settings, keeper)
+    finally:
+        rig.close()
+        if writer is not None:
+            writer.close()
+
+
+def _run(
+    session: Session, program: Program, settings: RunSettings, keeper: Record | None
+) -> Outcome:
+    """Run, and write down how it went, however it ends."""
     fault: FaultError | None = None
     try:
         session.run(program)
@@ -67,9 +84,6 @@ def execute(
         fault = error
     finally:
         session.close()
-        rig.close()
-        if writer is not None:
-            writer.close()
         if keeper is not None:
             supervisor = session.supervisor
             keeper.settings(settings, supervisor.arm, supervisor.arm_state.zero_counts)

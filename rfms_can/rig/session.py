@@ -59,6 +59,7 @@ class Session:
         bus_bound: worst-case load of a cycle, for the result.
         progress: called every ``PROGRESS_EVERY`` cycles.
         keep: keep the commanded trajectory for plots.
+        interrupted: whether somebody wants the program to end.
 
     Attributes:
         link: the program's link to the supervisor.
@@ -72,12 +73,15 @@ class Session:
         bus_bound: float | None = None,
         progress: Progress | None = None,
         keep: bool = False,
+        interrupted: Callable[[], bool] = lambda: False,
     ) -> None:
         self.rig = rig
         self.supervisor = rig.supervisor
         threaded = rig.supervisor.settings.clock is Clock.REALTIME
         self._thread = ThreadedPump(rig.pump) if threaded else None
-        self.link = DirectLink(rig.supervisor, self._thread or rig.pump, self._on_cycle)
+        self.link = DirectLink(
+            rig.supervisor, self._thread or rig.pump, self._on_cycle, interrupted
+        )
         self.commanded: array[float] = array("d")
         self._bus_bound = bus_bound
         self._progress = progress
@@ -97,6 +101,7 @@ class Session:
         Raises:
             FaultError: a latched fault halted the run.
             ProgramError: the program asked for something impossible.
+            KeyboardInterrupt: somebody wanted the program to end; the arm is at rest and braked.
         """
         try:
             self.bring_up()

@@ -2,9 +2,10 @@
 
 from dataclasses import asdict, dataclass
 from enum import IntEnum
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 from rfms_can.arm import Arm, arm_by_name, friction_set
+from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
@@ -12,6 +13,9 @@ from rfms_can.plant.physics import physics_steps
 from rfms_can.wire.vocabulary import Blend
 
 Kind = TypeVar("Kind", bound=IntEnum)
+
+LONGEST_S: Final = 3600.0
+"""Longest barrier and patience, s."""
 
 
 class SettingsError(RfmsError, ValueError):
@@ -64,8 +68,12 @@ class RunSettings:
             )
         if not simulated and self.clock == "virtual":
             raise SettingsError(f"clock 'virtual' is of bus 'sim' alone; {self.bus} takes lockstep")
-        if self.barrier <= 0.0 or self.patience <= 0.0:
-            raise SettingsError("barrier and patience must be more than 0 s")
+        for name in ("barrier", "patience"):
+            if not 0.0 < getattr(self, name) <= LONGEST_S:
+                raise SettingsError(
+                    f"{name} {getattr(self, name):g} s is not in 0..{LONGEST_S:g} s, 0 excluded"
+                )
+        BusTiming(self.bit_rate, self.data_bit_rate)
 
     @property
     def simulated(self) -> bool:
