@@ -1,0 +1,202 @@
+"""The gripper node: homes on its stop, opens, closes and holds, and has the same ladder."""
+
+import pytest
+from nodes_rig import GripperBench
+
+from rfms_can.arm import PUMA_260
+from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_PART
+from rfms_can.joint_nodes.ladder import Reaction
+from rfms_can.plant.jaw import Jaw
+from rfms_can.wire import ESTOP_VALUES, Wire
+from rfms_can.wire.records import Config, Estop, Gripper
+from rfms_can.wire.vocabulary import (
+    Command,
+    ConfigStatus,
+    FaultCode,
+    GripperCommand,
+    NodeState,
+    Parameter,
+)
+
+FULL = 2047  # 2048 codes are the force limit; the converter ends one before
+
+
+@pytest.fixture
+def bench(wire: Wire) -> GripperBench:
+    bench = GripperBench(wire)
+    bench.configure()
+    return bench
+
+
+def cycle(bench: GripperBench, counts: int, state: NodeState = NodeState.OPERATIONAL) -> list[int]:
+    """One cycle with the jaw at some counts; DAC codes of it."""
+    return [d.current_dac for d in bench.dacs(bench.sync(state) + bench.measure(counts))]
+
+
+def home(bench: GripperBench, at: int = 4000) -> None:
+    """Open to the stop, which is at some counts since power-up."""
+    bench.command(Command.HOME)
+    for _ in range(AT_REST_CYCLES + 1):
+        cycle(bench, at, NodeState.HOMING)
+    assert bench.state is NodeState.READY
+
+
+def command(bench: GripperBench, what: GripperCommand, force: float) -> None:
+    bench.say(Gripper, None, what, force, bench.cycle & 0xFF)
+
+
+def enable(bench: GripperBench) -> GripperBench:
+    home(bench)
+    bench.command(Command.START)
+    bench.cycle = -1
+    cycle(bench, 4000)
+    return bench
+
+
+def test_homing_opens_gently_until_the_jaw_rests_on_its_stop(bench: GripperBench) -> None:
+    bench.command(Command.HOME)
+    for counts in range(0, 4000, 200):
+        (code,) = cycle(bench, counts, NodeState.HOMING)
+        assert code == round(HOMING_PART * 2048)
+        assert bench.state is NodeState.HOMING
+    for _ in range(AT_REST_CYCLES):
+        assert bench.state is NodeState.HOMING
+        cycle(bench, 3801, NodeState.HOMING)  # a count is no motion
+    assert bench.state is NodeState.READY
+    cycle(bench, 3801, NodeState.HOMING)
+    assert bench.node.opening == pytest.approx(PUMA_260.gripper.stroke)
+
+
+def test_a_real_jaw_is_referenced_to_its_stroke(bench: GripperBench) -> None:
+    jaw = Jaw(PUMA_260.gripper, 0.031)
+    bench.command(Command.HOME)
+    for _ in range(500):
+        (code,) = cycle(bench, jaw.sample()[0], NodeState.HOMING)
+        jaw.set_motor_current(code)
+        for _ in range(4):
+            jaw.step(0.001)
+        if bench.state is NodeState.READY:
+            break
+    cycle(bench, jaw.sample()[0], NodeState.HOMING)
+    assert jaw.opening == PUMA_260.gripper.stroke
+    assert bench.node.opening == pytest.approx(jaw.opening, abs=1.1e-5)
+
+
+@pytest.mark.parametrize(
+    ("what", "force", "code"),
+    [
+        (GripperCommand.OPEN, 100.0, FULL),
+        (GripperCommand.CLOSE, 100.0, -2048),
+        (GripperCommand.OPEN, 50.0, 1024),
+        (GripperCommand.CLOSE, 12.5, -256),
+        (GripperCommand.HOLD, 100.0, 0),
+    ],
+)
+def test_commands_become_forces_at_the_next_sync(
+    bench: GripperBench, what: GripperCommand, force: float, code: int
+) -> None:
+    enable(bench)
+    bench.sync()
+    command(bench, what, force)
+    assert [d.current_dac for d in bench.dacs(bench.measure(4000))] == [0]
+    assert cycle(bench, 4000) == [code]
+    assert cycle(bench, 3900) == [code]  # it stays, moving or not
+
+
+def test_resting_counts_the_cycles_without_motion_since_the_command(bench: GripperBench) -> None:
+    enable(bench)
+    command(bench, GripperCommand.CLOSE, 100.0)
+    for k in range(1, 6):
+        cycle(bench, 4000 - 100 * k)
+        assert bench.node.resting == 0
+    for k in range(1, 20):
+        cycle(bench, 3500)
+        assert bench.node.resting == k
+    command(bench, GripperCommand.OPEN, 100.0)
+    cycle(bench, 3500)
+    assert bench.node.resting == 1
+
+
+def test_opening_is_known_in_metres(bench: GripperBench) -> None:
+    enable(bench)
+    gripper = PUMA_260.gripper
+    cycle(bench, 4000 - round(0.02 * gripper.counts_per_metre))
+    assert bench.node.opening == pytest.approx(gripper.stroke - 0.02)
+
+
+def test_it_answers_every_cycle_once(bench: GripperBench) -> None:
+    enable(bench)
+    for _ in range(300):
+        bench.sync()
+        (dac,) = bench.dacs(bench.measure(4000))
+        assert dac.cycle == bench.cycle & 0xFF
+
+
+def test_stale_measurements_are_ignored(bench: GripperBench) -> None:
+    enable(bench)
+    bench.sync()
+    assert bench.measure(4000, cycle=bench.cycle - 1) == []
+    assert bench.node.ignored["stale MEASURE"] == 1
+    assert len(bench.dacs(bench.measure(4000))) == 1
+
+
+def test_three_missing_measurements_end_the_force(bench: GripperBench) -> None:
+    enable(bench)
+    command(bench, GripperCommand.CLOSE, 100.0)
+    cycle(bench, 4000)
+    answers = [bench.sync() for _ in range(4)]
+    assert [bench.dacs(a) for a in answers[:3]] == [[], [], []]
+    assert [d.current_dac for d in bench.dacs(answers[3])] == [0]
+    assert [e.fault for e in bench.emergencies()] == [FaultCode.MEASURE_MISSING]
+    assert bench.node.reaction is Reaction.OFF
+    assert cycle(bench, 4000) == []
+
+
+def test_it_climbs_the_ladder_of_missing_syncs(bench: GripperBench) -> None:
+    enable(bench)
+    bench.miss_syncs(2)
+    assert bench.state is NodeState.OPERATIONAL
+    reached = []
+    for syncs in (1, 2, 20):
+        answers = bench.miss_syncs(syncs)
+        reached.append(bench.node.reaction)
+    assert reached == [Reaction.STOP, Reaction.DAMP, Reaction.OFF]
+    assert [d.current_dac for d in bench.dacs(answers)] == [0]
+    bench.command(Command.START)
+    assert bench.state is NodeState.FAULT
+
+
+def test_emergency_stop_ends_the_force(bench: GripperBench) -> None:
+    enable(bench)
+    command(bench, GripperCommand.CLOSE, 100.0)
+    cycle(bench, 4000)
+    answers = bench.say(Estop, None, *ESTOP_VALUES)
+    assert [d.current_dac for d in bench.dacs(answers)] == [0]
+    assert cycle(bench, 4000) == []
+
+
+def test_a_stopped_gripper_does_not_let_its_part_go(bench: GripperBench) -> None:
+    """Nobody sends while the bus stops: the board keeps the force it was told last."""
+    enable(bench)
+    command(bench, GripperCommand.CLOSE, 100.0)
+    cycle(bench, 4000)
+    bench.command(Command.QUICKSTOP)
+    assert cycle(bench, 3000, NodeState.QUICKSTOP) == []
+
+
+def test_a_gripper_that_joins_a_running_bus_stays_silent(wire: Wire) -> None:
+    bench = GripperBench(wire)
+    for state in (NodeState.HOMING, NodeState.OPERATIONAL):
+        command(bench, GripperCommand.CLOSE, 100.0)
+        assert cycle(bench, 4000, state) == []
+    assert bench.state is NodeState.PREOP
+
+
+@pytest.mark.parametrize("parameter", [Parameter.TORQUE_PER_CODE, Parameter.COUNTS_PER_UNIT])
+def test_scales_nothing_can_be_divided_by_are_refused(wire: Wire, parameter: Parameter) -> None:
+    bench = GripperBench(wire)
+    bench.parameters[parameter] = 0.0
+    for known, value in bench.parameters.items():
+        bench.say(Config, 7, known, 0, value, 0)
+    (answer,) = bench.commit()
+    assert answer.values.status == ConfigStatus.WRONG_HASH
