@@ -100,9 +100,6 @@ class Supervisor(Listener):
                 self.statistics.late(now_ns - deadline_ns)
             if complete or not self._lockstep:
                 self._begin_cycle(deadline_ns)
-        elif self._stop_asked:
-            self.phase = next_phase(self.phase, PhaseEvent.STOP)
-            self._deadline_ns = None
         else:
             self._deadline_ns = now_ns + self.bring_up.retry_ns
             self._out.extend(self.bring_up.call(now_ns))
