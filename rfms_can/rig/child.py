@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from types import FrameType
 from typing import Final, NoReturn
 
@@ -44,9 +44,12 @@ class Child:
         parent = os.getpid()
         sys.stdout.flush()
         sys.stderr.flush()
+        # a signal between the fork and the child's own handlers would find the parent's
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTERM, signal.SIGINT))
         self.pid = os.fork()
         if self.pid == 0:
-            _run(name, body, parent)
+            _run(name, body, parent, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     @property
     def alive(self) -> bool:
@@ -79,7 +82,9 @@ def describe(child: Child) -> str:
     return f"{child.name} (pid {child.pid}) has ended with exit code {child.exit_code}"
 
 
-def _run(name: str, body: Callable[[Stop], None], parent: int) -> NoReturn:
+def _run(
+    name: str, body: Callable[[Stop], None], parent: int, unblocked: Iterable[int]
+) -> NoReturn:
     """In the child: run, report in one line, and leave without the parent's clean-up."""
     stopping = False
 
@@ -91,6 +96,7 @@ def _run(name: str, body: Callable[[Stop], None], parent: int) -> NoReturn:
     try:
         signal.signal(signal.SIGTERM, stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+        signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
         _die_with_parent(parent)
         body(lambda: stopping)
         code = 0

@@ -1,0 +1,203 @@
+"""One run from settings to record: what is written, what ends it, and how safe the arm is then."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import can
+import cantools
+import pytest
+from system_run import SHORT
+
+from rfms_can.codec import database_path
+from rfms_can.coordinator import Arm
+from rfms_can.errors import FaultError, ProgramError, RfmsError
+from rfms_can.frame import Frame
+from rfms_can.master.phases import Phase
+from rfms_can.rig.interrupt import Interrupt, signals_noted
+from rfms_can.rig.program import load_program
+from rfms_can.rig.record import COMMANDED, LOG, SETTINGS, SUMMARY, Record
+from rfms_can.rig.runner import execute
+from rfms_can.rig.session import Rig
+from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.simulated import SimulatedRig
+from rfms_can.wire import ESTOP_VALUES, Wire
+from rfms_can.wire.records import Estop
+
+pytestmark = pytest.mark.system
+
+SETTINGS_USED = RunSettings(seed=7)
+
+
+class Watched:
+    """Keeps the rig of a run, to look at it after the run and to interfere."""
+
+    def __init__(self) -> None:
+        self.rig: SimulatedRig
+
+    def __call__(self, rig: Rig) -> None:
+        assert isinstance(rig, SimulatedRig)
+        self.rig = rig
+
+    def assert_safe(self) -> None:
+        """All brakes on, the master through with it, the arm at a standstill."""
+        assert all(self.rig.supervisor.arm_state.braked)
+        assert self.rig.supervisor.phase is Phase.END
+        assert max(map(abs, self.rig.plant.physics.true_qd)) < 1e-3
+
+
+@pytest.fixture
+def watched() -> Watched:
+    return Watched()
+
+
+def swing(arm: Arm, then: str = "wait") -> None:
+    """A motion that takes a second."""
+    there = arm.transform("there", arm.pose)
+    turned = arm.transform("turned", type(arm.pose).rotation((0.0, 0.0, 1.0), 0.5))
+    goal = arm.position("goal", arm.t6 == turned @ there)
+    arm.move(goal, arm.mode("mode", segment_time=1.0, acceleration_time=0.2))
+    if then == "wait":
+        arm.wait()
+    else:
+        arm.sleep(0.5)
+
+
+def test_a_recording_is_whole(tmp_path: Path) -> None:
+    directory = tmp_path / "deep" / "run"
+    outcome = execute(load_program(SHORT), SETTINGS_USED, record=directory)
+    assert {file.name for file in directory.iterdir()} == {LOG, SETTINGS, COMMANDED, SUMMARY}
+    summary = json.loads((directory / SUMMARY).read_text())
+    assert summary == outcome.result.as_dict()
+    settings = json.loads((directory / SETTINGS).read_text())
+    assert settings["settings"] == SETTINGS_USED.as_dict()
+    assert RunSettings(**settings["settings"]) == SETTINGS_USED
+    assert settings["dbc_hash"] == Wire().dbc_hash
+    assert {"python", "rfms_can", "mujoco", "pin", "cantools"} <= settings["versions"].keys()
+    rows = (directory / COMMANDED).read_text().splitlines()
+    assert rows[0] == "cycle,q1,q2,q3,q4,q5,q6"
+    assert len(rows) - 1 == pytest.approx(summary["cycles"], abs=2)
+
+
+def test_everybody_s_tools_read_the_log(tmp_path: Path) -> None:
+    execute(load_program(SHORT), SETTINGS_USED, record=tmp_path)
+    database = cantools.database.load_file(database_path())
+    names = set()
+    for message in can.LogReader(str(tmp_path / LOG)):
+        assert isinstance(message, can.Message)
+        described = database.get_message_by_frame_id(message.arbitration_id)
+        described.decode(bytes(message.data), allow_truncated=False)
+        names.add(described.name)
+    assert {"SYNC", "SETPOINT_1", "MEASURE_7", "ERROR_6", "ROWS_1", "HEARTBEAT_8", "NMT"} <= names
+
+
+def test_an_earlier_recording_is_replaced(tmp_path: Path) -> None:
+    for name in (LOG, SETTINGS, COMMANDED, SUMMARY):
+        (tmp_path / name).write_text("of an earlier run")
+    Record(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == [LOG]
+    assert (tmp_path / LOG).read_bytes() == b""
+
+
+def test_a_record_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+    record = Record(tmp_path)
+    (tmp_path / COMMANDED).mkdir()
+    with pytest.raises(RfmsError, match=r"commanded.csv cannot be written"):
+        record.commanded(execute.__defaults__ or memoryview(b"").cast("d"))  # type: ignore[arg-type]
+
+
+def test_a_program_s_error_stops_the_moving_arm_on_its_path(watched: Watched) -> None:
+    def program(arm: Arm) -> None:
+        swing(arm, "fail while it moves")
+        raise ProgramError("enough")
+
+    with pytest.raises(ProgramError, match="enough"):
+        execute(program, RunSettings(), watch=watched)
+    watched.assert_safe()
+    assert watched.rig.supervisor.fault is None
+
+
+def test_a_refused_request_changes_nothing(watched: Watched) -> None:
+    def program(arm: Arm) -> None:
+        swing(arm)
+        before = arm.joints
+        with pytest.raises(ProgramError):
+            arm.move("nowhere", "mode")
+        arm.sleep(0.1)
+        assert arm.joints == pytest.approx(before, abs=1e-3)
+
+    assert execute(program, RunSettings(), watch=watched).fault is None
+
+
+def test_an_emergency_stop_is_a_latched_fault(watched: Watched, tmp_path: Path) -> None:
+    def program(arm: Arm) -> None:
+        swing(arm, "go on")
+        bus, wire = watched.rig.bus, Wire()
+        plant = bus.attach(Bystander())
+        bus.send(plant, [wire.sender(Estop).frame(*ESTOP_VALUES)])
+        arm.wait()
+        raise AssertionError("the arm was stopped, and the program not told")
+
+    outcome = execute(program, RunSettings(), watch=watched, record=tmp_path)
+    assert isinstance(outcome.fault, FaultError)
+    assert "emergency stop" in str(outcome.fault).lower() or "EMERGENCY_STOP" in str(outcome.fault)
+    assert json.loads((tmp_path / SUMMARY).read_text())["fault"] == str(outcome.fault)
+    watched.assert_safe()
+
+
+class Bystander:
+    """A node that says nothing by itself."""
+
+    name = "bystander"
+    accepts: frozenset[int] = frozenset()
+
+    def on_frame(self, frame: Frame, now_ns: int) -> tuple[Frame, ...]:
+        return ()
+
+    def on_time(self, now_ns: int) -> tuple[Frame, ...]:
+        return ()
+
+    def next_deadline_ns(self) -> int | None:
+        return None
+
+
+@pytest.mark.parametrize("at", ["before it is enabled", "while it moves"])
+def test_an_interrupt_leaves_the_arm_braked(watched: Watched, at: str) -> None:
+    interrupt = Interrupt()
+
+    def program(arm: Arm) -> None:
+        swing(arm, "interrupt while it moves")
+        interrupt.signal = signal.SIGINT
+        arm.wait()
+        raise AssertionError("the program was not interrupted")
+
+    if at == "before it is enabled":
+        interrupt.signal = signal.SIGTERM
+    with pytest.raises(KeyboardInterrupt):
+        execute(program, RunSettings(), watch=watched, interrupted=interrupt)
+    assert watched.rig.supervisor.phase is Phase.END
+    if at == "while it moves":
+        watched.assert_safe()
+        assert interrupt.exit_code == 130
+    else:
+        assert interrupt.exit_code == 143
+
+
+def test_a_signal_is_noted_once_and_then_felt() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt), signals_noted() as interrupt:
+        assert not interrupt()
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert interrupt()
+        assert interrupt.exit_code == 143
+        os.kill(os.getpid(), signal.SIGTERM)
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_a_rig_that_cannot_be_watched_is_given_back() -> None:
+    def refuse(_: Rig) -> None:
+        raise RfmsError("not permitted")
+
+    with pytest.raises(RfmsError, match="not permitted"):
+        execute(load_program(SHORT), RunSettings(), watch=refuse)
