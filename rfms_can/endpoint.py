@@ -30,6 +30,7 @@ class Endpoint(ABC):
         name: the node's name.
         refused: frames refused, by reason.
         ignored: whole frames that had no effect (stale, not now), by reason.
+        foreign: frames heard that are none of the contract's.
     """
 
     def __init__(self, number: int, wire: Wire, boot_id: int) -> None:
@@ -39,6 +40,7 @@ class Endpoint(ABC):
         self.boot_id = boot_id
         self.refused: Counter[Refusal] = Counter()
         self.ignored: Counter[str] = Counter()
+        self.foreign = 0
         self._out: list[Frame] = []
         self._now_ns = 0
         self._handlers: dict[int, tuple[Callable[[Frame], Any], Callable[[Any], None]]] = {}
@@ -73,6 +75,7 @@ class Endpoint(ABC):
         """Take a frame: refuse and count it, or act on its values."""
         handler = self._handlers.get(frame.id)
         if handler is None:
+            self.foreign += 1
             return NOTHING
         self._now_ns = now_ns
         take, act = handler

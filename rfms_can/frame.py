@@ -7,6 +7,7 @@ import msgspec
 from rfms_can.errors import FrameError
 
 MAX_ID: Final = 0x7FF
+IDENTIFIERS: Final = frozenset(range(MAX_ID + 1))
 FD_LENGTHS: Final = frozenset((*range(9), 12, 16, 20, 24, 32, 48, 64))
 """Payload lengths CAN FD can carry (ISO 11898-1, DLC 0 to 15)."""
 

@@ -9,13 +9,14 @@ from typing import Any, Final
 
 import can
 
+from rfms_can.bus.filters import cover
 from rfms_can.bus.hub_port import HubPort
 from rfms_can.bus.node_driver import NodeDriver, run_node
 from rfms_can.bus.port import LONGEST_WAIT_S, OnForeign, Port
 from rfms_can.bus.socketcan_port import SocketCanPort
 from rfms_can.bus.url import HUB, SIM, SOCKETCAN, BusUrl, parse_bus_url
 from rfms_can.errors import BusError, FrameError
-from rfms_can.frame import MAX_ID, Frame
+from rfms_can.frame import Frame
 
 _OPENING_FAILS: Final = (
     can.CanError,
@@ -72,13 +73,14 @@ def _open_socketcan(
     from can.interfaces.socketcan import SocketcanBus  # noqa: PLC0415 (Linux only)
 
     device = bus.channel
-    # one exact filter an identifier; extended frames of the same number do not pass
     filters: list[can.typechecking.CanFilter] | None = None
     if accepts is not None:
         filters = [
-            {"can_id": identifier, "can_mask": MAX_ID, "extended": False}
-            for identifier in sorted(accepts)
+            {"can_id": identifier, "can_mask": mask, "extended": False}
+            for identifier, mask in cover(accepts)
         ]
+        if on_foreign is not None:  # somebody counts them
+            filters.append({"can_id": 0, "can_mask": 0, "extended": True})
     try:
         opened = SocketcanBus(device, receive_own_messages=echo, fd=True, can_filters=filters)
     except OSError as error:

@@ -99,6 +99,7 @@ def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:
     yield "frames", str(result.frames)
     discarded = {name: count for name, count in result.discarded.items() if count}
     yield "discarded", ", ".join(f"{n}: {c}" for n, c in discarded.items()) or "0"
+    yield "foreign", str(result.foreign)
     yield "lost", str(result.lost)
     if any(result.lateness):
         yield "SYNC lateness", _lateness(result.lateness)

@@ -5,7 +5,7 @@ from typing import Any
 
 from rfms_can.arm import Arm
 from rfms_can.endpoint import Endpoint
-from rfms_can.frame import Frame
+from rfms_can.frame import IDENTIFIERS, Frame
 from rfms_can.master.answers import MEASURES, REFERENCES, Answers, bit
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.bring_up import BringUp
@@ -81,6 +81,12 @@ class Listener(Endpoint):
     def _hears_back(self, record: type[Any], node: int, act: Any) -> None:
         """Hear an own frame when it has gone out: the transmit confirmation."""
         self._handlers[self.wire.id(record, node)] = (_as_is, act)
+
+    @property
+    def accepts(self) -> frozenset[int]:
+        """What it acts on, and all that no node of ours sends, to count it."""
+        known = {codec.id for codec in self.wire.codecs.values()}
+        return super().accepts | (IDENTIFIERS - known)
 
     # --- what follows -------------------------------------------------------------------------
 

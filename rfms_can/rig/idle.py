@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from rfms_can.bus.driver import open_port
 from rfms_can.bus.node_driver import NodeDriver
 from rfms_can.errors import FaultError
 from rfms_can.master.supervisor import Supervisor
+from rfms_can.rig.processes import open_master_port
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import MASTER, Wire
 
@@ -19,7 +19,7 @@ def run_idle(settings: RunSettings, stop: Callable[[], bool]) -> None:
     supervisor = Supervisor(
         settings.the_arm, Wire(), settings.boot_id(MASTER), settings.master(paced=True)
     )
-    port = open_port(settings.bus, supervisor.accepts, client="master", echo=True)
+    port = open_master_port(settings, supervisor)
     driver = NodeDriver(supervisor, port)
     try:
         driver.run_until(lambda: stop() or supervisor.fault is not None)

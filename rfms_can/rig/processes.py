@@ -19,6 +19,7 @@ from rfms_can.bus.port import Port
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import HUB, parse_bus_url
 from rfms_can.errors import BusError
+from rfms_can.master.supervisor import Supervisor
 from rfms_can.node import Node
 from rfms_can.rig.candump import CandumpWriter
 from rfms_can.rig.child import Child, Stop, describe
@@ -115,6 +116,21 @@ def start_recorder(path: Path, settings: RunSettings) -> Child:
     return Child("recorder", body)
 
 
+def open_master_port(settings: RunSettings, supervisor: Supervisor) -> Port:
+    """The master's port: hears its own ROWS when they have gone out, and counts what is foreign.
+
+    Raises:
+        BusError: the bus is not there.
+    """
+
+    def count(_kind: str) -> None:
+        supervisor.foreign += 1
+
+    return open_port(
+        settings.bus, supervisor.accepts, client=supervisor.name, echo=True, on_foreign=count
+    )
+
+
 class ProcessRig:
     """Master here, the other eight nodes in processes of their own.
 
@@ -150,9 +166,7 @@ class ProcessRig:
             self._recorder += [] if record is None else [start_recorder(record, settings)]
             self.children = [start_node(n, settings, wire) for n in OTHERS if n not in elsewhere]
             self.supervisor = make_master(settings, wire)
-            self._port = open_port(
-                settings.bus, self.supervisor.accepts, client="master", echo=True
-            )
+            self._port = open_master_port(settings, self.supervisor)
         except BaseException:
             self.close()
             raise

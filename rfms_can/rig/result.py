@@ -36,6 +36,7 @@ class RunResult(msgspec.Struct, frozen=True):
         bus_load: measured, part of the bus time; None where the bus tells none.
         bus_bound: worst-case load of the same cycle, part of the bus time.
         discarded: frames refused, by node.
+        foreign: frames on the bus that are none of the contract's.
         lost: frames missed by the master, by gaps of their counters.
         lateness: histogram of late SYNCs (real time only).
         wall_s: wall-clock time of the enabled part, s.
@@ -50,6 +51,7 @@ class RunResult(msgspec.Struct, frozen=True):
     bus_load: float | None
     bus_bound: float | None
     discarded: dict[str, int]
+    foreign: int
     lost: int
     lateness: list[int]
     wall_s: float

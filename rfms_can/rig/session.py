@@ -164,6 +164,7 @@ class Session:
             bus_load=self.rig.load,
             bus_bound=self._bus_bound,
             discarded=discarded_frames(supervisor),
+            foreign=supervisor.foreign,
             lost=supervisor.lost,
             lateness=list(statistics.lateness),
             wall_s=self._wall_s,
