@@ -7,6 +7,7 @@ master, the plant and the other nodes, and tell what it answers.
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rfms_can.arm import PUMA_260, Arm
@@ -17,8 +18,14 @@ from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.kinematics import configuration_of, direct
 from rfms_can.master.node_parameters import all_parameters
+from rfms_can.master.phases import Phase
+from rfms_can.master.settings import Clock
+from rfms_can.master.supervisor import Supervisor
 from rfms_can.node import Node
+from rfms_can.plant.node import PlantNode
+from rfms_can.plant.physics import PlantPhysics
 from rfms_can.protection import Sender
+from rfms_can.rig.settings import RunSettings
 from rfms_can.setpoint_frames import values_of
 from rfms_can.wire import GRIPPER, JOINTS, Wire
 from rfms_can.wire.configuration import configuration_hash
@@ -63,6 +70,7 @@ class Pump:
         self.now_ns = 0
         self.sent: list[Frame] = []
         self._fates: list[tuple[Fate, int, int]] = []  # whom, copies, delay
+        self._accepts: dict[str, frozenset[int]] = {}
         self._queue: deque[tuple[Node, Frame]] = deque()
         self._later: list[tuple[int, Node, Frame]] = []
 
@@ -83,17 +91,11 @@ class Pump:
         self._fates.clear()
 
     def post(self, frames: Iterable[Frame]) -> None:
-        """Hand frames over and let everybody answer until all are silent."""
-        self._hand_over(frames)
-        while self._queue:
-            node, frame = self._queue.popleft()
-            self._hand_over(node.on_frame(frame, self.now_ns))
-
-    def _hand_over(self, frames: Iterable[Frame]) -> None:
+        """Hand frames over, as if somebody had sent them."""
         for frame in frames:
             self.sent.append(frame)
             for node in self.nodes:
-                if frame.id not in node.accepts:
+                if frame.id not in self._accepted_by(node):
                     continue
                 copies, delay_ns = next(
                     ((c, d) for fate, c, d in self._fates if fate(frame, node)), (1, 0)
@@ -103,42 +105,40 @@ class Pump:
                 else:
                     self._queue.extend([(node, frame)] * copies)
 
-    def run_until(self, goal: Callable[[], bool], most: int = 100_000) -> None:
-        """Go from deadline to deadline until ``goal`` holds; it must within ``most`` steps."""
+    def _accepted_by(self, node: Node) -> frozenset[int]:
+        accepts = self._accepts.get(node.name)
+        if accepts is None:
+            accepts = self._accepts[node.name] = node.accepts
+        return accepts
+
+    def run_until(self, goal: Callable[[], bool], most: int = 1_000_000) -> None:
+        """Go on until ``goal`` holds; it must within ``most`` events."""
         for _ in range(most):
             if goal():
                 return
             self.step()
-        raise AssertionError(f"not reached in {most} steps")
-
-    def run_for(self, time_ns: int) -> None:
-        """Let time pass."""
-        until_ns = self.now_ns + time_ns
-        while True:
-            due_ns = self._next_ns()
-            if due_ns is None or due_ns > until_ns:
-                self.now_ns = until_ns
-                return
-            self.step()
-
-    def _next_ns(self) -> int | None:
-        times = [due_ns for due_ns, _, _ in self._later]
-        times += [d for node in self.nodes if (d := node.next_deadline_ns()) is not None]
-        return min(times, default=None)
+        raise AssertionError(f"not reached in {most} events")
 
     def step(self) -> None:
-        """Do what is due next."""
-        due_ns = self._next_ns()
-        assert due_ns is not None, "nothing is left to happen"
-        self.now_ns = max(self.now_ns, due_ns)
+        """Deliver one frame, or, when all are silent, do what is due next."""
+        if self._queue:
+            node, frame = self._queue.popleft()
+            self.post(node.on_frame(frame, self.now_ns))
+            return
+        times = [due_ns for due_ns, _, _ in self._later]
+        times += [d for node in self.nodes if (d := node.next_deadline_ns()) is not None]
+        assert times, "nothing is left to happen"
+        self.now_ns = max(self.now_ns, min(times))
         arrived = [entry for entry in self._later if entry[0] <= self.now_ns]
-        self._later = [entry for entry in self._later if entry[0] > self.now_ns]
-        self._queue.extend((node, frame) for _, node, frame in arrived)
-        self.post(())
+        if arrived:
+            self._later = [entry for entry in self._later if entry[0] > self.now_ns]
+            self._queue.extend((node, frame) for _, node, frame in arrived)
+            return
         for node in self.nodes:
             deadline_ns = node.next_deadline_ns()
             if deadline_ns is not None and deadline_ns <= self.now_ns:
                 self.post(node.on_time(self.now_ns))
+                return
 
 
 class Heard(NamedTuple):
@@ -453,6 +453,56 @@ class JointBench(Bench):
         self.home()
         self.start()
         return self
+
+
+class Fleet:
+    """All nine nodes on a pump.
+
+    Attributes:
+        pump: carries their frames.
+        master, joints, gripper, plant: the nodes.
+    """
+
+    def __init__(self, wire: Wire, clock: Clock = Clock.VIRTUAL, **settings: Any) -> None:
+        run = RunSettings(patience=settings.pop("patience", 3.0), **settings)
+        how = replace(run.master(), clock=clock)
+        watch_ns = how.cycle_limit_ns
+        arm = run.the_arm
+        self.wire = wire
+        self.joints = [JointNode(joint, wire, joint, watch_ns) for joint in JOINTS]
+        self.gripper = GripperNode(wire, GRIPPER, watch_ns)
+        self.plant = PlantNode(PlantPhysics(arm, "corke", run.rate), wire, 9, watch_ns)
+        self.master = Supervisor(arm, wire, 8, how)
+        self.pump = Pump(*self.joints, self.gripper, self.plant, self.master)
+        self.reader = Reader(wire)
+
+    def reach(self, phase: Phase) -> "Fleet":
+        """Run until the master has reached a phase."""
+        self.pump.run_until(lambda: self.master.phase is phase)
+        return self
+
+    def enable(self) -> "Fleet":
+        """From power-up to RUN, and through the first cycle."""
+        self.reach(Phase.READY)
+        self.master.start()
+        self.reach(Phase.RUN)
+        self.run(1)
+        return self
+
+    def run(self, cycles: int) -> None:
+        """Close so many cycles more."""
+        until = self.master.closed + cycles
+        self.pump.run_until(lambda: self.master.closed >= until)
+
+    def id(self, record: type[NamedTuple], node: int | None = None) -> int:
+        """Identifier of a message."""
+        return self.wire.id(record, node)
+
+    def said(self, name: str, since: int = 0) -> list[Any]:
+        """Values of every frame of a message, from ``since`` in ``pump.sent`` on."""
+        identifier = self.wire.codecs[name].id
+        frames = self.pump.sent[since:]
+        return [self.reader.read(frame).values for frame in frames if frame.id == identifier]
 
 
 class GripperBench(Bench):

@@ -14,6 +14,8 @@ SILENCE_BOUND: Final = 3
 
 _KINDS: Final = ("MEASURE", "REFERENCE", "ERROR", "DAC", "ROWS", "HEARTBEAT")
 _NODES: Final = 10
+_SENDERS: Final = {"MEASURE": PLANT, "REFERENCE": PLANT, "ROWS": MASTER}
+"""Who sends what is numbered by the node it is for."""
 
 
 def bit(kind: str, node: int) -> int:
@@ -72,7 +74,7 @@ class Answers:
             self._streaks[one] = (cycle, count)
             if count >= SILENCE_BOUND and lost is None:
                 kind, node = divmod(position, _NODES)
-                sender = PLANT if _KINDS[kind] in ("MEASURE", "REFERENCE") else node
+                sender = _SENDERS.get(_KINDS[kind], node)
                 lost = f"{NODE_NAMES[sender]}: no {_KINDS[kind]}_{node} for {count * every} cycles"
         return lost
 
