@@ -25,6 +25,8 @@ from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 
 BRAKING_CYCLES: Final = 12
 """Cycles the master waits for the brakes after STOP before it ends all the same."""
+SILENCE_COUNTS: Final = 4
+"""What a cycle without answers counts for then: in lockstep each takes as long as the barrier."""
 
 
 class Supervisor(Listener):
@@ -129,7 +131,9 @@ class Supervisor(Listener):
         self.statistics.miss(self._answers.describe())
         lost = self._answers.unanswered(self.cycle)
         self._answers.missing = 0
-        if lost and self.phase is not Phase.END:
+        if self.phase is Phase.END:
+            self._ending += SILENCE_COUNTS
+        elif lost:
             self._halt(lost)
         self._close()
 

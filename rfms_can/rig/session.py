@@ -24,6 +24,8 @@ Progress = Callable[["Session"], None]
 
 HALT_CYCLES = 125
 """Cycles a halted arm is given to come to rest before it is braked."""
+SILENT_CYCLES = 5
+"""Cycles without answers after which nobody is waited for any more."""
 PROGRESS_EVERY = 50
 """Cycles between two progress reports."""
 
@@ -133,10 +135,13 @@ class Session:
             self.link.pass_time(lambda: self.link.at_rest() or self.supervisor.fault is not None)
 
     def _coast(self, cycles: int) -> None:
-        """Let a halted arm come to rest."""
-        until = self.supervisor.closed + cycles
-        if self.supervisor.next_deadline_ns() is not None:
-            self.link.pass_time(lambda: self.supervisor.closed >= until)
+        """Let a halted arm come to rest; not for long on a bus that does not answer."""
+        supervisor, statistics = self.supervisor, self.supervisor.statistics
+        until, silent = supervisor.closed + cycles, statistics.incomplete + SILENT_CYCLES
+        if supervisor.next_deadline_ns() is not None:
+            self.link.pass_time(
+                lambda: supervisor.closed >= until or statistics.incomplete >= silent
+            )
 
     def _disable(self) -> None:
         if self._enabled_at and not self._wall_s:
