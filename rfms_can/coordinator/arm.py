@@ -140,6 +140,11 @@ class Arm:
         """
         if not isinstance(equation, Equation):
             raise EquationError(f"position {name!r}: give an equation like t6 @ tool == part")
+        if tool is not None and not (isinstance(tool, Expression) and len(tool.names) == 1):
+            raise EquationError(
+                f"position {name!r}: tool {tool!r} must be one transform; leave it out to have "
+                f"all that stands right of {T6}"
+            )
         self._request(
             PositionMessage(
                 name,
