@@ -22,8 +22,10 @@ from rfms_can.messages import (
     ModeMessage,
     MoveRequest,
     PositionMessage,
+    StopRequest,
     TransformMessage,
 )
+from rfms_can.protection import Refusal
 from rfms_can.transform import Transform
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, MESSAGES, Wire
 from rfms_can.wire.records import (
@@ -339,6 +341,19 @@ def test_a_setpoint_the_arm_cannot_take_halts_before_it_is_sent(fleet: Fleet) ->
     assert all(abs(setpoint.p_x) < 1.0 for setpoint in fleet.said("SETPOINT_1", first))
 
 
+def test_a_stop_that_ends_in_a_singular_wrist_halts_by_name(fleet: Fleet) -> None:
+    """Programs stop wherever they like; where theta4 and theta6 are one, nothing can be held."""
+    motion = fleet.master.motion
+    ask_to_move(fleet, (0.2, 0.0, 0.0, 0.0, 0.0, 0.0))
+    fleet.run(60)
+    fleet.master.handle(StopRequest())
+    while not motion.generator.stopped:
+        fleet.run(1)
+        singular = (*motion.commanded.theta[:4], 0.0005, motion.commanded.theta[5])
+    motion.commanded.reset(singular)
+    assert halted(fleet).startswith("puma260: wrist singularity: sin(theta5) = 0.0005")
+
+
 def test_an_arm_with_a_singular_wrist_is_not_enabled(wire: Wire) -> None:
     fleet = Fleet(wire).reach(Phase.READY)
     fleet.master.arm_state.q[4] = 0.0005
@@ -401,6 +416,18 @@ def test_an_expired_barrier_counts_as_a_cycle_and_names_who_is_missing(wire: Wir
 
 
 # --- lossy bus ---------------------------------------------------------------------------------
+
+
+def test_frames_that_come_twice_change_nothing(wire: Wire) -> None:
+    once, twice = Fleet(wire), Fleet(wire)
+    twice.reach(Phase.READY)
+    twice.pump.repeat(lambda _frame, _to: True)
+    expected, got = stream(once, 100), stream(twice, 100)
+    for identifier in set(expected) | set(got):
+        if identifier < once.id(Heartbeat, 1):  # these tell how many were discarded
+            assert got[identifier] == expected[identifier], hex(identifier)
+    assert twice.master.fault is None
+    assert set(twice.joints[0].refused) == {Refusal.DUPLICATE}
 
 
 @pytest.mark.parametrize("record", [Setpoint, Measure, JointError, Dac, Rows])
