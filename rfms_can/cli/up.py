@@ -26,7 +26,7 @@ from rfms_can.cli.options import (
 )
 from rfms_can.cli.report import console
 from rfms_can.cli.run import RecordOption
-from rfms_can.errors import RfmsError
+from rfms_can.errors import BusError, RfmsError
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import MASTER, NODE_NAMES
 
@@ -92,13 +92,18 @@ def _watch(
     try:
         with Live(console=console, auto_refresh=False, transient=False) as live:
             while not stop():
-                fleet.watch(LOOK_S)
+                try:
+                    fleet.watch(LOOK_S)
+                except BusError:
+                    if stop():
+                        return  # the hub was told to stop as well
+                    raise
                 if as_json:
                     typer.echo(msgspec.json.encode(list(fleet.health.values())).decode())
                 else:
                     live.update(_table(fleet.health, settings), refresh=True)
                 for child in fleet.dead():
-                    if child.pid in known:
+                    if child.pid in known or stop():
                         continue
                     known.add(child.pid)
                     if child.name == NODE_NAMES[MASTER] and child.exit_code == 0:

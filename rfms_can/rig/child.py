@@ -61,10 +61,11 @@ class Child:
         return self.exit_code is None
 
     def signal(self) -> None:
-        """Tell it to stop."""
+        """Tell it to stop, also if it has been suspended."""
         if self.alive:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self.pid, signal.SIGTERM)
+                os.kill(self.pid, signal.SIGCONT)
 
     def join(self) -> int:
         """Wait until it has ended; kill it if it takes too long. Its exit code."""

@@ -79,6 +79,7 @@ class Fleet:
             hub = start_hub(settings)
             self._helpers += [] if hub is None else [hub]
             check_bus(settings)
+            self._listen()  # first: nodes announce themselves once, and again only if asked
             if record is not None and loaded is None:  # a program's master records by itself
                 Record(record)
                 self._helpers.insert(0, start_recorder(record / LOG, settings))
@@ -87,7 +88,8 @@ class Fleet:
                     self.children[node] = start_node(node, settings, self._wire)
             if MASTER not in elsewhere:
                 self.children[MASTER] = self._start_master(loaded)
-            self._listen()
+            for node, child in self.children.items():
+                self.health[node].pid = child.pid
         except BaseException:
             self.close()
             raise
@@ -112,8 +114,6 @@ class Fleet:
         self._emergencies = {wire.id(Emcy, n): (n, wire.receiver(Emcy, n)) for n in NODES}
         accepts = frozenset((*self._beats, *self._emergencies))
         self._port = open_port(self._settings.bus, accepts, client="rfms up")
-        for node, child in self.children.items():
-            self.health[node].pid = child.pid
 
     def watch(self, seconds: float) -> None:
         """Listen for a while and bring ``health`` up to date."""

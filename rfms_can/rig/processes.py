@@ -76,11 +76,20 @@ def start_hub(settings: RunSettings) -> Child | None:
 
     child = Child(f"hub {url.channel}", body)
     until = time.monotonic() + HUB_PATIENCE_S
-    while url.channel not in live_hubs():
+    while not _answers(settings):
         if not child.alive or time.monotonic() > until:
+            child.signal()
             raise BusError(f"hub {url.channel!r} did not come up; see its own message above")
         time.sleep(0.01)
     return child
+
+
+def _answers(settings: RunSettings) -> bool:
+    try:
+        check_bus(settings)
+    except BusError:
+        return False
+    return True
 
 
 def check_bus(settings: RunSettings) -> None:

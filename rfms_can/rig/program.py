@@ -25,9 +25,9 @@ def load_program(path: Path) -> Program:
     try:
         exec(compile(text, str(path), "exec"), scope)  # the user's own program, on their machine
     except SyntaxError as error:
-        where = f"{error.filename or path}, line {error.lineno}"
-        raise ProgramError(f"program {where}: {error.msg}") from error
-    except Exception as error:
+        where = "" if error.lineno is None else f", line {error.lineno}"
+        raise ProgramError(f"program {error.filename or path}{where}: {error.msg}") from error
+    except (Exception, SystemExit) as error:
         raise ProgramError(f"program {path}, {_line(error, path)}: {_what(error)}") from error
     program = scope.get(ENTRY)
     if not callable(program):
@@ -40,7 +40,7 @@ def load_program(path: Path) -> Program:
             raise type(error)(f"program {path}, {_line(error, path)}: {error}") from error
         except RfmsError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             if _is_ours(error):
                 raise
             raise ProgramError(f"program {path}, {_line(error, path)}: {_what(error)}") from error
@@ -48,17 +48,19 @@ def load_program(path: Path) -> Program:
     return run
 
 
-def _what(error: Exception) -> str:
+def _what(error: BaseException) -> str:
+    if isinstance(error, SystemExit):
+        return f"sys.exit({error.code!r}) would end the master with it; return from {ENTRY} instead"
     return f"{type(error).__name__}: {error}"
 
 
-def _line(error: Exception, path: Path) -> str:
+def _line(error: BaseException, path: Path) -> str:
     """The innermost line of the program on an error's way up."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
     return f"line {lines[-1]}" if lines else "before its first line"
 
 
-def _is_ours(error: Exception) -> bool:
+def _is_ours(error: BaseException) -> bool:
     """Whether an error comes from what runs below a program: a bug, to be seen with its trace."""
     frames = traceback.extract_tb(error.__traceback__)
     below = [frame for frame in frames if frame.filename.startswith(_RIG)]
