@@ -9,7 +9,7 @@ from nodes_rig import JointBench
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire import JOINTS, NO_SET, Wire
 from rfms_can.wire.records import Bias, Dac, JointError, Rows
 from rfms_can.wire.vocabulary import Command, FaultCode, Law, NodeState, Parameter
 
@@ -200,6 +200,12 @@ def test_a_half_arrived_row_set_never_acts() -> None:
     assert rows.swap(7)
     assert (rows.gravity, rows.law, rows.number) == (9.0, Law.WEIGHTED, 7)
     assert rows.swap(7)  # named again: nothing changes
+
+
+def test_no_set_is_named_while_the_master_has_sent_none() -> None:
+    rows = RowSets(4)
+    assert rows.swap(NO_SET)
+    assert not rows.swap(1)
 
 
 def test_set_numbers_wrap(second: Injector) -> None:

@@ -8,7 +8,7 @@ each needs to hear its own row alone. A set that has not arrived never acts.
 
 from typing import Final
 
-from rfms_can.wire import JOINTS
+from rfms_can.wire import JOINTS, NO_SET
 from rfms_can.wire.records import Rows
 
 _UNIT_ROWS: Final = tuple(tuple(float(i == j) for j in JOINTS) for i in JOINTS)
@@ -22,7 +22,7 @@ class RowSets:
         weighted: row of M C_theta, kg m2, 6 floats.
         gravity: holding torque, Nm.
         law: ``Law`` of the active set.
-        number: set number, None before the first swap.
+        number: set number, ``NO_SET`` before the first swap.
     """
 
     __slots__ = (
@@ -45,7 +45,7 @@ class RowSets:
         self.weighted: tuple[float, ...] = (0.0,) * len(JOINTS)
         self.gravity = 0.0
         self.law = 0
-        self.number: int | None = None
+        self.number = NO_SET
         self._arrived: Rows | None = None
 
     def hear(self, rows: Rows) -> None:

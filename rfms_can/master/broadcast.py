@@ -9,7 +9,7 @@ from rfms_can.frame import Frame
 from rfms_can.master.math_processor import MathProcessor
 from rfms_can.protection import Sender
 from rfms_can.setpoint_frames import values_of
-from rfms_can.wire import HEARTBEAT_EVERY, JOINTS
+from rfms_can.wire import HEARTBEAT_EVERY, JOINTS, NO_SET
 from rfms_can.wire.records import Gripper, Nmt, Rows, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 
@@ -40,7 +40,7 @@ class Broadcast:
         self._first = sends(Setpoint, 1)
         self._second = sends(Setpoint, 2)
         self._rows = [sends(Rows, joint) for joint in JOINTS]
-        self._sent_set = self._active_set = 0
+        self._sent_set = self._active_set = NO_SET
         self._queued: list[Frame] = []
 
     def sync(self, cycle: int, state: NodeState) -> Frame:

@@ -5,7 +5,7 @@ from typing import Final
 
 from rfms_can.arm import Arm
 from rfms_can.dynamics import ArmDynamics
-from rfms_can.wire import JOINTS
+from rfms_can.wire import JOINTS, LAST_SET, NO_SET
 from rfms_can.wire.vocabulary import Law
 
 RowValues = tuple[float, ...]
@@ -24,7 +24,7 @@ class MathProcessor:
 
     def __init__(self, arm: Arm) -> None:
         self._dynamics = ArmDynamics(arm)
-        self._set = 0
+        self._set = NO_SET
         self.compliance: tuple[tuple[float, ...], ...] = _IDENTITY
         self.law = Law.PID
 
@@ -32,7 +32,7 @@ class MathProcessor:
         """The next set at joint angles ``q`` (6, rad): its number and the values of its frames."""
         dynamics = self._dynamics
         dynamics.update(q)
-        number = self._set = (self._set + 1) & 0xFF
+        number = self._set = self._set % LAST_SET + 1
         compliance, law = self.compliance, self.law
         inertia = dynamics.M
         weighted = (inertia if compliance is _IDENTITY else inertia @ compliance).tolist()

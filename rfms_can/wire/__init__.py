@@ -41,6 +41,12 @@ NODE_NAMES: Final = {**{n: f"joint {n}" for n in JOINTS}, 7: "gripper", 8: "mast
 HEARTBEAT_EVERY: Final = 12
 """Cycles between two heartbeats of a node."""
 
+NO_SET: Final = 0
+"""Set of rows that SYNC names while the master has sent none; no set has this number."""
+
+LAST_SET: Final = 255
+"""Highest number of a set of rows; 1 comes after it."""
+
 MESSAGES: Final[dict[type[NamedTuple], str]] = {
     Estop: "ESTOP",
     Nmt: "NMT",

@@ -1,0 +1,26 @@
+"""From power-up to READY on the simulated bus: nothing that goes well is told as a fault."""
+
+import pytest
+
+from rfms_can.arm import ARMS
+from rfms_can.master.math_processor import MathProcessor
+from rfms_can.master.phases import Phase
+from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.simulated import SimulatedRig
+from rfms_can.wire import LAST_SET, NO_SET, Wire
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_healthy_bring_up_leaves_no_fault_behind(wire: Wire, arm: str) -> None:
+    rig = SimulatedRig(RunSettings(arm=arm), wire)
+    rig.pump(lambda: rig.supervisor.phase is Phase.READY)
+    for node in (*rig.joints, rig.gripper):
+        assert (node.register, dict(node.faults), node.discarded) == (0, {}, 0), node.name
+
+
+def test_sets_of_rows_are_numbered_from_one_and_never_as_none() -> None:
+    processor = MathProcessor(ARMS["puma260"])
+    numbers = [processor.rows((0.1, 1.2, -3.0, 0.2, -1.0, 0.3))[0] for _ in range(LAST_SET + 2)]
+    assert numbers == [*range(1, LAST_SET + 1), 1, 2]
+    assert NO_SET not in numbers
