@@ -225,6 +225,13 @@ def test_a_move_is_asked_for_at_once_and_waited_for_by_number(arm: Arm, link: Fa
     assert link.now == 200
 
 
+@pytest.mark.parametrize("number", [-1, 0, 3, 999])
+def test_a_move_that_was_never_asked_for_is_not_waited_for(arm: Arm, number: int) -> None:
+    arm.move("a", "m"), arm.move("b", "m")
+    with pytest.raises(ProgramError, match=f"move {number}: 2 moves have been asked for"):
+        arm.wait(number)
+
+
 def test_wait_without_a_number_is_for_rest(arm: Arm, link: FakeLink) -> None:
     link.rests_at = 37
     arm.wait()

@@ -252,13 +252,18 @@ def test_the_shadow_follows_every_setpoint_to_the_goal(motion: Motion) -> None:
 def test_stop_ends_at_rest_and_new_moves_go_on_from_there(motion: Motion) -> None:
     define(motion)
     motion.handle(MoveRequest("near", "slow"))
+    dropped = motion.handle(MoveRequest("near", "free"))
     for _ in range(100):
         motion.next_setpoint()
     motion.handle(StopRequest())
+    assert not motion.is_over(dropped)
     for _ in range(150):
         assert motion.next_setpoint()[1] is None
     assert motion.at_rest
-    assert motion.handle(MoveRequest("near", "slow")) == 2
+    assert motion.is_over(dropped)  # nobody waits for it for ever
+    again = motion.handle(MoveRequest("near", "slow"))
+    assert again == dropped + 1
+    assert not motion.is_over(again)
 
 
 def test_requests_that_are_not_motions_are_refused(motion: Motion) -> None:

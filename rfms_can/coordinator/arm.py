@@ -107,6 +107,7 @@ class Arm:
         self._link = link
         self.t6 = Expression(T6)
         self.gripper = Gripper(link)
+        self._moves = 0
 
     def transform(self, name: str, value: Transform) -> Expression:
         """Define a transform of the world model; later definitions replace earlier ones.
@@ -181,17 +182,25 @@ class Arm:
         Raises:
             MoveError: the move breaks a rule, or the arm cannot make it.
         """
-        return self._request(MoveRequest(position, mode))
+        self._moves = self._request(MoveRequest(position, mode))
+        return self._moves
 
     def wait(self, sequence: int | None = None) -> None:
         """Wait until a move is complete, or, without a number, until the arm is at rest.
 
-        A move is complete when the arm is at rest at its goal, or has handed over to the next.
+        A move is complete when the arm is at rest at its goal, or has handed over to the next;
+        one that :meth:`stop` has dropped, when the arm is at rest.
 
         Raises:
+            ProgramError: no move has that number.
             FaultError: the run was halted.
         """
         link = self._link
+        if sequence is not None and not 0 < sequence <= self._moves:
+            raise ProgramError(
+                f"wait for move {sequence}: {self._moves} moves have been asked for; "
+                f"give a number that move() returned"
+            )
         link.run_until(link.at_rest if sequence is None else lambda: link.is_over(sequence))
 
     def sleep(self, seconds: float) -> None:

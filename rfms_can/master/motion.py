@@ -113,8 +113,11 @@ class Motion:
         return any(self.commanded.rate)
 
     def is_over(self, sequence: int) -> bool:
-        """Whether a move is complete: at rest at its goal, or handed over to the next."""
-        return self.generator.completed >= sequence
+        """Whether a move is complete: at rest at its goal, or handed over to the next.
+
+        One that a stop has dropped is over when the arm rests.
+        """
+        return self.generator.completed >= sequence or self.generator.at_rest
 
     @property
     def at_rest(self) -> bool:
