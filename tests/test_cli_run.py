@@ -63,6 +63,10 @@ def written(directory: Path, text: str, name: str = "program.py") -> Path:
         ("def program(arm):\n    arm.sleep('long')\n", "line 2: TypeError"),
         ("def program(arm):\n    arm.move('nowhere', 'somehow')\n", "line 2: "),
         ("def program(arm):\n    arm.gripper.close(force=7)\n", "gripper force 7 is outside 0..1"),
+        ("import sys\nsys.exit(0)\n", "line 2: sys.exit(0) would end"),
+        ("import sys\ndef program(arm):\n    sys.exit(0)\n", "line 3: sys.exit(0) would end"),
+        ("x = 1\n\0", "null bytes"),
+        ("def program(arm):\n    arm.wait(1)\n", "wait for move 1: 0 moves have been asked for"),
     ],
 )
 def test_a_malformed_program_is_told_by_its_line(
@@ -122,6 +126,8 @@ def test_a_joint_limit_names_the_joint_and_the_bound(rfms: Rfms, directory: Path
         (["--cpu", "-1"], "allowed here"),
         (["--fifo", "200"], "1 to 99"),
         (["--config", "none.toml"], "config file none.toml"),
+        (["--rate", "fast"], "Invalid value for '--rate'"),
+        (["--speed", "9"], "No such option: --speed"),
         (["--record", "/dev/null/run"], "name a directory"),
     ],
     ids=" ".join,

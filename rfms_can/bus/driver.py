@@ -3,6 +3,7 @@
 Bus URLs are explained in ``url.py``, what then drives a node on its port in ``node_driver.py``.
 """
 
+import logging
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Final
@@ -17,6 +18,9 @@ from rfms_can.bus.socketcan_port import SocketCanPort
 from rfms_can.bus.url import HUB, SIM, SOCKETCAN, BusUrl, parse_bus_url
 from rfms_can.errors import BusError, FrameError
 from rfms_can.frame import Frame
+
+# python-can logs what it then raises: a second line on the screen unless somebody wants the log
+logging.getLogger("can").addHandler(logging.NullHandler())
 
 _OPENING_FAILS: Final = (
     can.CanError,

@@ -1,7 +1,7 @@
 """``rfms``: the command line. Exit code 0 only on success; errors are one line."""
 
 import sys
-from typing import Annotated
+from typing import Annotated, Final, cast
 
 import typer
 from rich.console import Console
@@ -17,6 +17,9 @@ from rfms_can.cli.plot import plot
 from rfms_can.cli.run import run
 from rfms_can.cli.up import up
 from rfms_can.errors import RfmsError
+
+_USAGE_ERROR: Final = cast("type[typer.BadParameter]", typer.BadParameter.__base__)
+"""click's ``UsageError``, or that of the copy of click which newer typers bring along."""
 
 app = typer.Typer(
     name="rfms",
@@ -46,9 +49,16 @@ def _options(
 
 
 def main() -> None:
-    """Entry point: our own errors are one line and exit code 1."""
+    """Entry point: our own errors are one line and exit code 1, wrong usage one and 2."""
     try:
-        app()
+        sys.exit(app(prog_name="rfms", standalone_mode=False))
+    except _USAGE_ERROR as error:
+        text, verb = error.format_message(), error.ctx.command_path if error.ctx else "rfms"
+        line = f"rfms: {text.removesuffix('.')}; see {verb} --help"
+        typer.echo(text if "\n" in text else line, err=True)  # without a verb it is the help
+        sys.exit(2)
+    except typer.Abort:  # Ctrl-C in a verb that takes no care of it itself
+        sys.exit(130)
     except RfmsError as error:
         Console(stderr=True, soft_wrap=True, highlight=False).print(
             f"rfms: {error}", markup=False, style="red"
