@@ -1,7 +1,7 @@
 """The safety ladder of a joint node (R1 hold, R2 stop, R3 damp, R4 off), without any master."""
 
 import pytest
-from nodes_rig import JointBench
+from nodes_rig import PERIOD_NS, JointBench
 
 from rfms_can.joint_nodes.ladder import LADDERS, Ladder, Reaction
 from rfms_can.wire import Wire
@@ -35,6 +35,12 @@ def test_one_or_two_missing_syncs_hold_the_last_code(bench: JointBench) -> None:
     assert bench.node.faults[FaultCode.SYNC_MISSING] == 2
 
 
+def test_a_sync_is_missed_half_a_period_after_it_was_due(bench: JointBench) -> None:
+    assert bench.node.next_deadline_ns() == bench.now_ns + PERIOD_NS * 3 // 2
+    bench.miss_syncs(1)
+    assert bench.node.next_deadline_ns() == bench.now_ns + PERIOD_NS
+
+
 @pytest.mark.parametrize("syncs", [3, 4])
 def test_the_third_missing_sync_stops_the_joint_and_says_so_once(
     bench: JointBench, syncs: int
@@ -56,6 +62,14 @@ def test_the_fifth_missing_sync_damps_with_a_capped_torque(bench: JointBench) ->
         assert code * scale == pytest.approx(max(-cap, min(cap, wanted)), abs=0.51 * abs(scale))
     assert bench.state is NodeState.FAULT
     assert bench.node.reaction is Reaction.DAMP
+
+
+def test_a_damped_joint_that_leaves_its_range_goes_off(bench: JointBench) -> None:
+    _free_run(bench, 5)
+    bench.q[bench.index] = bench.arm.joint_limits[bench.index][1] + 0.06
+    assert _free_run(bench, 1) == [0]
+    assert bench.emergencies()[-1].fault == FaultCode.HARD_LIMIT
+    assert _free_run(bench, 3) == []
 
 
 def test_damping_carries_the_weight_of_the_arm(bench: JointBench) -> None:

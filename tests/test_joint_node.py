@@ -256,6 +256,19 @@ def test_setpoints_lost_at_full_speed_are_no_step(bench: JointBench, lost: int) 
     assert set(bench.node.faults) == {FaultCode.SETPOINT_MISSING}
 
 
+def test_setpoints_lost_before_a_new_start_excuse_no_step_after_it(bench: JointBench) -> None:
+    for _ in range(2):
+        bench.sync()
+        bench.measure()
+    bench.command(Command.STOP)
+    bench.command(Command.START)
+    bench.cycle = -1
+    bench.sync()
+    bench.measure()
+    bench.setpoint([bench.q[0], bench.q[1] + 1.2 * step_limit(bench), *bench.q[2:]])
+    assert bench.state is NodeState.QUICKSTOP
+
+
 @pytest.mark.parametrize("lost", [1, 2])
 def test_syncs_lost_at_full_speed_are_neither_step_nor_glitch(bench: JointBench, lost: int) -> None:
     for k in range(30):
@@ -447,17 +460,23 @@ def test_a_configuration_that_does_not_hold_together_is_refused(wire: Wire, chan
 
 
 @pytest.mark.parametrize(
-    "parameter",
+    ("parameter", "value"),
     [
-        *(Parameter.PERIOD, Parameter.TORQUE_LIMIT, Parameter.SPEED_LIMIT),
-        *(Parameter.ACCELERATION_LIMIT, Parameter.INDEX_INTERVAL_COUNTS),
-        *(Parameter.COUNTS_PER_UNIT, Parameter.TORQUE_PER_CODE),
+        (Parameter.PERIOD, 0.0),
+        (Parameter.TORQUE_LIMIT, 0.0),
+        (Parameter.SPEED_LIMIT, -1.0),
+        (Parameter.ACCELERATION_LIMIT, 0.0),
+        (Parameter.INDEX_INTERVAL_COUNTS, 0.4),
+        (Parameter.COUNTS_PER_UNIT, 0.0),
+        (Parameter.TORQUE_PER_CODE, 0.0),
     ],
 )
-def test_scales_nothing_can_be_divided_by_are_refused(wire: Wire, parameter: Parameter) -> None:
-    bench = JointBench(wire, changes={parameter: 0.0})
-    for known, value in bench.parameters.items():
-        bench.say(Config, 2, known, 0, value, 0)
+def test_scales_nothing_can_be_divided_by_are_refused(
+    wire: Wire, parameter: Parameter, value: float
+) -> None:
+    bench = JointBench(wire, changes={parameter: value})
+    for known, number in bench.parameters.items():
+        bench.say(Config, 2, known, 0, number, 0)
     (answer,) = bench.commit()
     assert answer.values.status == ConfigStatus.WRONG_HASH
 
@@ -506,6 +525,13 @@ def test_a_master_with_another_dbc_ends_torque_at_once(wire: Wire, enabled: bool
     cycle = bench.node.cycle
     assert bench.sync(dbc_hash=wire.dbc_hash ^ 0x1000) == []
     assert bench.node.cycle == cycle  # its cycles do not count
+
+
+def test_a_node_that_has_not_booted_takes_no_offence_at_another_dbc(wire: Wire) -> None:
+    node = JointNode(1, wire, 1, PERIOD_NS)
+    frame = wire.sender(Sync).frame(0, NodeState.PREOP, 0, wire.dbc_hash ^ 1)
+    assert not node.on_frame(frame, 0)
+    assert node.state is NodeState.INIT
 
 
 def test_emergency_stop_ends_torque_at_once(bench: JointBench) -> None:

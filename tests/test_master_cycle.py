@@ -153,6 +153,7 @@ def test_sync_never_names_a_set_of_which_a_frame_is_still_waiting(fleet: Fleet) 
     fleet.pump.delay(lambda frame, _: frame.id == last_row, PERIOD_NS * 3 // 2)
     first = len(fleet.pump.sent)
     fleet.run(4)
+    assert fleet.master.fault == "master: no ROWS_6 for 3 cycles"  # always late is never
     named = {sync.row_set for sync in fleet.said("SYNC", first)[1:]}
     sent = {rows.set for rows in fleet.said("ROWS_1", first)}
     assert len(sent) == 4

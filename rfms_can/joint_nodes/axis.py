@@ -28,7 +28,7 @@ BEYOND: Final = 0.05
 """Joint angle beyond the range, rad, at which torque goes off: the hard stop is near."""
 _POSITIVE: Final = (
     *(Parameter.PERIOD, Parameter.TORQUE_LIMIT, Parameter.SPEED_LIMIT),
-    *(Parameter.ACCELERATION_LIMIT, Parameter.INDEX_INTERVAL_COUNTS),
+    Parameter.ACCELERATION_LIMIT,
 )
 _DIVISORS: Final = (Parameter.TORQUE_PER_CODE, Parameter.COUNTS_PER_UNIT)
 """Negative where the motor turns against the joint."""
@@ -83,6 +83,8 @@ class Axis(FieldNode):
             return False
         p = self.parameters
         if any(p[scale] <= 0.0 for scale in _POSITIVE) or not all(p[scale] for scale in _DIVISORS):
+            return False
+        if p[Parameter.INDEX_INTERVAL_COUNTS] < 1.0:
             return False
         self._servo = Servo(p)
         self._encoder = EncoderReference(p)
