@@ -103,6 +103,27 @@ def test_a_frame_may_push_the_deadline_away() -> None:
     assert not port.readable
 
 
+def test_frames_of_a_node_without_deadline_come_at_the_time_they_came() -> None:
+    """SYNC after a quiet dialogue sets the first deadline: by an old clock it had passed."""
+    times: list[int] = []
+
+    class Node(Listener):
+        def on_frame(self, frame: Frame, now_ns: int) -> Sequence[Frame]:
+            times.append(now_ns)
+            return ()
+
+    class SlowPort(ScriptedPort):
+        def recv(self, timeout_s: float) -> Frame | None:
+            self.now_ns += 150 * MS
+            return super().recv(timeout_s)
+
+    port = SlowPort()
+    port.readable.extend([Frame(1, b"")] * 4)
+    driver = NodeDriver(Node("node", frozenset()), port, port.clock)
+    driver.run_until(lambda: len(times) == 4)
+    assert times == [150 * MS, 300 * MS, 450 * MS, 600 * MS]
+
+
 def test_a_babbling_bus_does_not_keep_a_node_from_its_deadline() -> None:
     port = ScriptedPort()
     port.readable.extend([Frame(1, b"")] * 10 * MAX_FRAMES_BEFORE_TIMER)

@@ -49,8 +49,11 @@ class NodeDriver:
             BusError: the bus has gone.
         """
         deadline_ns = self._node.next_deadline_ns()
+        if deadline_ns is None:  # the next frame may set one, by the time it came
+            self._take_frame(LONGEST_WAIT_S, timed=True)
+            return
         self._frames -= 1
-        if deadline_ns is not None and (self._frames < 0 or deadline_ns - self._now_ns < FAR_NS):
+        if self._frames < 0 or deadline_ns - self._now_ns < FAR_NS:
             self._read_clock()
             wait_ns = deadline_ns - self._now_ns
             if wait_ns <= 0:
