@@ -224,6 +224,20 @@ def test_three_missing_measurements_end_torque(bench: JointBench) -> None:
     assert [_without_measure(bench) for _ in range(5)] == [[]] * 5
 
 
+@pytest.mark.parametrize("what", ["measure", "error"])
+def test_missing_answers_have_to_come_in_a_row(bench: JointBench, what: str) -> None:
+    for _ in range(8):
+        for _ in range(2):
+            bench.sync()
+            bench.setpoint()
+            if what == "error":
+                bench.measure()
+            bench.other_errors(without=(5,) if what == "error" else ())
+        bench.run()
+    assert bench.state is NodeState.OPERATIONAL
+    assert bench.emergencies() == []
+
+
 def test_a_stopped_joint_needs_its_measurements_too(bench: JointBench) -> None:
     bench.command(Command.QUICKSTOP)
     for _ in range(4):

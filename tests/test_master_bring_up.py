@@ -115,6 +115,16 @@ def test_repeated_acknowledgements_skip_no_parameter(fleet: Fleet) -> None:
     assert len(fleet.said("CONFIG_1")) == len(Parameter)
 
 
+def test_an_acknowledgement_that_comes_again_skips_no_parameter(wire: Wire) -> None:
+    """A CONFIG sent twice, because its answer took long, is answered twice."""
+    dialogue = Configurator(3, {Parameter.KP: 2.5, Parameter.KI: 1.5}, wire.sender(Config, 3))
+    taken = ConfigAck(Parameter.KP, ConfigStatus.TAKEN, 2.5, 0)
+    following = dialogue.acknowledge(taken)
+    assert following is not None
+    assert dialogue.acknowledge(taken) is None
+    assert dialogue.current().data[3:] == following.data[3:]  # KI still waits
+
+
 # --- who is named ------------------------------------------------------------------------------
 
 
