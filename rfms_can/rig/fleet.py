@@ -11,9 +11,10 @@ from rfms_can.bus.driver import open_port
 from rfms_can.protection import Refusal
 from rfms_can.rig.child import Child, Stop
 from rfms_can.rig.idle import run_idle
-from rfms_can.rig.processes import OTHERS, check_bus, start_hub, start_node, start_recorder
+from rfms_can.rig.processes import OTHERS, check_bus, start_hub, start_node
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import LOG, Record
+from rfms_can.rig.recorder import start_recorder
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Program
 from rfms_can.rig.settings import RunSettings

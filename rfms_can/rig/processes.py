@@ -4,7 +4,6 @@ One warm parent forks the others, so that a slow machine imports the heavy libra
 """
 
 import gc
-import math
 import signal
 import time
 from collections.abc import Callable
@@ -21,16 +20,14 @@ from rfms_can.bus.url import HUB, parse_bus_url
 from rfms_can.errors import BusError
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.node import Node
-from rfms_can.rig.candump import CandumpWriter
 from rfms_can.rig.child import Child, Stop, describe
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
+from rfms_can.rig.recorder import start_recorder
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
 
 LOOK_EVERY: Final = 512
 """Frames between two looks at whether the children live; when no frame comes we look at once."""
-LAST_FRAMES_S: Final = 1.0
-"""How long a recorder that is to stop goes on reading a bus that does not fall silent."""
 HUB_PATIENCE_S: Final = 10.0
 
 OTHERS: Final = (*JOINTS, GRIPPER, PLANT)
@@ -99,30 +96,6 @@ def check_bus(settings: RunSettings) -> None:
         BusError: it is not.
     """
     open_port(settings.bus, frozenset(), client="check").close()
-
-
-def start_recorder(path: Path, settings: RunSettings) -> Child:
-    """A process that writes every frame of the bus to a candump log."""
-    channel = parse_bus_url(settings.bus).channel
-
-    def body(stop: Stop) -> None:
-        port = open_port(settings.bus, None, client="recorder")
-        writer = CandumpWriter(path, channel, time.time_ns() - time.monotonic_ns())
-        until = math.inf
-        try:
-            while time.monotonic() < until:
-                frame = port.recv(1.0)
-                if frame is not None:
-                    writer.write(time.monotonic_ns(), frame)
-                elif stop():
-                    return  # told to stop, and nothing left to read
-                if stop() and until == math.inf:
-                    until = time.monotonic() + LAST_FRAMES_S
-        finally:
-            writer.close()
-            port.close()
-
-    return Child("recorder", body)
 
 
 def open_master_port(settings: RunSettings, supervisor: Supervisor) -> Port:
