@@ -126,6 +126,7 @@ def test_a_joint_limit_names_the_joint_and_the_bound(rfms: Rfms, directory: Path
         (["--cpu", "-1"], "allowed here"),
         (["--fifo", "200"], "1 to 99"),
         (["--config", "none.toml"], "config file none.toml"),
+        (["--rate", "400"], "104 % of the bus at 1000000/5000000 bit/s, which carries 385 Hz"),
         (["--rate", "fast"], "Invalid value for '--rate'"),
         (["--speed", "9"], "No such option: --speed"),
         (["--record", "/dev/null/run"], "name a directory"),

@@ -1,5 +1,6 @@
 """One run from settings to result: makes the rig, runs the program, writes the record."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from rfms_can.rig.processes import OTHERS, ProcessRig
 from rfms_can.rig.record import Record
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.session import Program, Progress, Rig, Session
-from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.settings import RunSettings, SettingsError
 from rfms_can.rig.simulated import SimulatedRig
 
 
@@ -50,9 +51,11 @@ def execute(
         interrupted: whether the program shall end; asked while it waits.
 
     Raises:
+        SettingsError: the simulated bus is too slow for the rate.
         RfmsError: whatever ended the run other than a latched fault; the arm is braked.
         KeyboardInterrupt: ``interrupted`` said so; the arm is braked.
     """
+    bound = _affordable(settings)
     keeper = None if record is None else Record(record)
     rig, writer = _rig(settings, keeper, attach)
     try:
@@ -60,7 +63,7 @@ def execute(
             watch(rig)
         session = Session(
             rig,
-            bus_bound=bus_bound(settings),
+            bus_bound=bound,
             progress=progress,
             keep=keeper is not None,
             interrupted=interrupted,
@@ -103,6 +106,19 @@ def _rig(
     writer = CandumpWriter(keeper.log, "sim0")
     rig.observe(writer.write)
     return rig, writer
+
+
+def _affordable(settings: RunSettings) -> float:
+    """The bound of the bus' load, which a bus that keeps bit times must be able to carry."""
+    bound = bus_bound(settings)
+    if settings.simulated and bound > 1.0:
+        raise SettingsError(
+            f"rate {settings.rate:g} Hz: a cycle's frames take {100 * bound:.0f} % of the bus at "
+            f"{settings.bit_rate}/{settings.data_bit_rate} bit/s, which carries "
+            f"{math.floor(settings.rate / bound)} Hz: lower the rate, or raise data_bit_rate in "
+            f"the config file"
+        )
+    return bound
 
 
 def bus_bound(settings: RunSettings) -> float:
