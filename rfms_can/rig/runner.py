@@ -55,7 +55,6 @@ def execute(
         RfmsError: whatever ended the run other than a latched fault; the arm is braked.
         KeyboardInterrupt: ``interrupted`` said so; the arm is braked.
     """
-    bound = _affordable(settings)
     keeper = None if record is None else Record(record)
     rig, writer = _rig(settings, keeper, attach)
     try:
@@ -63,7 +62,7 @@ def execute(
             watch(rig)
         session = Session(
             rig,
-            bus_bound=bound,
+            bus_bound=_affordable(settings),
             progress=progress,
             keep=keeper is not None,
             interrupted=interrupted,
