@@ -1,14 +1,15 @@
 """The gripper node: homes on its stop, opens, closes and holds, and has the same ladder."""
 
 import pytest
-from nodes_rig import GripperBench
+from node_bench import PERIOD_NS, Bench, Heard
 
-from rfms_can.arm import PUMA_260
-from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_PART
+from rfms_can.arm import PUMA_260, Arm
+from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_PART, GripperNode
 from rfms_can.joint_nodes.ladder import Reaction
+from rfms_can.master.node_parameters import all_parameters
 from rfms_can.plant.jaw import Jaw
-from rfms_can.wire import ESTOP_VALUES, Wire
-from rfms_can.wire.records import Config, Estop, Gripper
+from rfms_can.wire import ESTOP_VALUES, GRIPPER, Wire
+from rfms_can.wire.records import Config, Estop, Gripper, Measure
 from rfms_can.wire.vocabulary import (
     Command,
     ConfigStatus,
@@ -19,6 +20,20 @@ from rfms_can.wire.vocabulary import (
 )
 
 FULL = 2047  # 2048 codes are the force limit; the converter ends one before
+
+
+class GripperBench(Bench):
+    """The gripper node and its jaw's board."""
+
+    def __init__(self, wire: Wire, arm: Arm = PUMA_260) -> None:
+        self.node = GripperNode(wire, 0x107, PERIOD_NS)
+        super().__init__(self.node, wire, all_parameters(arm, "corke", PERIOD_NS * 1e-9)[GRIPPER])
+        self.arm = arm
+
+    def measure(self, counts: int, cycle: int | None = None) -> list[Heard]:
+        """MEASURE of the jaw."""
+        low = (self.cycle if cycle is None else cycle) & 0xFF
+        return self.say(Measure, GRIPPER, counts, 0, 0, low, 0, 0)
 
 
 @pytest.fixture

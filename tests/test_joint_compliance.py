@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from operator import mul
 
 import pytest
-from nodes_rig import JointBench
+from joint_bench import JointBench
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.compliance import RowSets

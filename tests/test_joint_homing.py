@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from nodes_rig import JointBench
+from joint_bench import JointBench
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.encoder import AMBIGUITY, EncoderReference

@@ -3,7 +3,8 @@
 from itertools import product
 
 import pytest
-from nodes_rig import PERIOD_NS, JointBench
+from joint_bench import JointBench
+from node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.joint_nodes.states import (

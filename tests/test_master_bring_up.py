@@ -1,7 +1,8 @@
 """From power-up to an enabled arm: who is there, what each holds, who is named when it fails."""
 
 import pytest
-from nodes_rig import PERIOD_NS, Fleet
+from node_bench import PERIOD_NS
+from nodes_rig import Fleet
 
 from rfms_can.arm import PUMA_260
 from rfms_can.frame import Frame
@@ -128,18 +129,10 @@ def test_an_acknowledgement_that_comes_again_skips_no_parameter(wire: Wire) -> N
 # --- who is named ------------------------------------------------------------------------------
 
 
-def halted(fleet: Fleet) -> str:
-    """Run until the master gives up; its reason."""
-    fleet.pump.run_until(lambda: fleet.master.fault is not None)
-    assert fleet.master.phase is Phase.HALT
-    assert fleet.master.fault is not None
-    return fleet.master.fault
-
-
 def test_absent_nodes_are_named(fleet: Fleet) -> None:
     for node in (fleet.joints[1], fleet.joints[4], fleet.plant):
         fleet.pump.nodes.remove(node)
-    assert halted(fleet).startswith("not on the bus: joint 2, joint 5, plant; start them")
+    assert fleet.halted().startswith("not on the bus: joint 2, joint 5, plant; start them")
     assert fleet.master.next_deadline_ns() is None
     assert fleet.pump.now_ns == pytest.approx(3e9, rel=0.2)
 
@@ -155,7 +148,7 @@ def test_a_node_that_comes_late_is_waited_for(fleet: Fleet) -> None:
 
 def test_a_node_that_does_not_answer_its_configuration_is_named(fleet: Fleet) -> None:
     fleet.pump.lose(lambda frame, _: frame.id == fleet.id(Config, 4))
-    assert halted(fleet) == "no answer to CONFIG from joint 4"
+    assert fleet.halted() == "no answer to CONFIG from joint 4"
 
 
 def test_a_refused_parameter_is_named_with_node_and_value(wire: Wire) -> None:
@@ -176,7 +169,7 @@ def test_a_node_that_holds_another_configuration_is_named(wire: Wire) -> None:
 
 def test_a_node_that_is_still_enabled_refuses_and_is_named(fleet: Fleet) -> None:
     fleet.joints[3].state = NodeState.OPERATIONAL  # of a master that was killed a moment ago
-    assert halted(fleet) == "joint 4 refuses ARM_ID = 260: REFUSED_STATE"
+    assert fleet.halted() == "joint 4 refuses ARM_ID = 260: REFUSED_STATE"
 
 
 def test_a_node_with_another_dbc_is_named(fleet: Fleet, wire: Wire) -> None:
@@ -184,7 +177,7 @@ def test_a_node_with_another_dbc_is_named(fleet: Fleet, wire: Wire) -> None:
     other.dbc_hash ^= 0x0F00
     index = fleet.pump.nodes.index(fleet.joints[2])
     fleet.pump.nodes[index] = JointNode(3, other, 3, PERIOD_NS)
-    reason = halted(fleet)
+    reason = fleet.halted()
     assert reason.startswith("joint 3 runs another DBC")
     assert f"{other.dbc_hash:#06x}" in reason
     assert f"{wire.dbc_hash:#06x}" in reason
@@ -200,7 +193,7 @@ def test_a_node_that_restarts_is_named_and_stays_in_preop(
     index = fleet.pump.nodes.index(fleet.joints[0])
     again = JointNode(1, wire, 0xB007, PERIOD_NS)
     fleet.pump.nodes[index] = again
-    assert halted(fleet) == ("joint 1 restarted while the bus was up (boot id 0xb007); reset")
+    assert fleet.halted() == ("joint 1 restarted while the bus was up (boot id 0xb007); reset")
     fleet.run(50)
     assert again.state is NodeState.PREOP
     assert fleet.said("DAC_1", len(fleet.pump.sent) - 200) == []
@@ -209,7 +202,7 @@ def test_a_node_that_restarts_is_named_and_stays_in_preop(
 def test_a_node_that_dies_while_the_arm_is_ready_is_missed_by_its_heartbeat(fleet: Fleet) -> None:
     fleet.reach(Phase.READY)
     fleet.pump.nodes.remove(fleet.joints[3])
-    assert halted(fleet) == "joint 4: no HEARTBEAT_4 for 36 cycles"
+    assert fleet.halted() == "joint 4: no HEARTBEAT_4 for 36 cycles"
 
 
 def test_stop_before_cycles_run_ends_the_master(fleet: Fleet) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from nodes_rig import PERIOD_NS, Heard, Reader
+from node_bench import PERIOD_NS, Heard, Reader
 
 from rfms_can.arm import PUMA_260
 from rfms_can.frame import Frame

@@ -1,0 +1,137 @@
+"""Whom the master waits for, and what ends its run."""
+
+from typing import NamedTuple
+
+import pytest
+from nodes_rig import Fleet
+
+from rfms_can.master.answers import SILENCE_BOUND, Answers, bit
+from rfms_can.master.phases import Phase
+from rfms_can.master.settings import Clock
+from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, Wire
+from rfms_can.wire.records import Dac, Emcy, Estop, Heartbeat, JointError, Measure, Rows
+from rfms_can.wire.vocabulary import Command, FaultCode, NodeState
+
+
+@pytest.fixture
+def fleet(wire: Wire) -> Fleet:
+    return Fleet(wire).enable()
+
+
+# --- whom it waits for ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("record", "node", "reason"),
+    [
+        (JointError, 3, "joint 3: no ERROR_3 for 3 cycles"),
+        (Dac, 5, "joint 5: no DAC_5 for 3 cycles"),
+        (Dac, GRIPPER, "gripper: no DAC_7 for 3 cycles"),
+        (Measure, 2, "plant: no MEASURE_2 for 3 cycles"),
+        (Rows, 1, "master: no ROWS_1 for 3 cycles"),
+    ],
+)
+def test_a_node_silent_for_three_cycles_halts_the_run_by_name(
+    fleet: Fleet, record: type[NamedTuple], node: int, reason: str
+) -> None:
+    lost = fleet.id(record, node)
+    fleet.pump.lose(lambda frame, to: frame.id == lost and to is fleet.master)
+    closed = fleet.master.closed
+    assert fleet.halted() == reason
+    assert fleet.master.closed - closed == SILENCE_BOUND
+    assert fleet.master.statistics.incomplete == SILENCE_BOUND
+    (missing,) = fleet.master.statistics.missing
+    assert reason.split(": no ")[1].split(maxsplit=1)[0] in missing.split(", ")
+
+
+def test_one_or_two_lost_answers_are_counted_and_forgiven(fleet: Fleet) -> None:
+    lost = fleet.id(Dac, 4)
+    for burst in (1, 2, 2, 1):
+        fleet.pump.lose(lambda frame, to: frame.id == lost and to is fleet.master)
+        fleet.run(burst)
+        fleet.pump.heal()
+        fleet.run(2)
+    assert fleet.master.fault is None
+    assert fleet.master.statistics.missing == {"DAC_4": 6}
+    assert fleet.master.lost == 6
+
+
+def test_answers_name_what_is_missing() -> None:
+    answers = Answers()
+    answers.begin(Phase.RUN, 1)
+    answers.missing &= bit("MEASURE", 2) | bit("DAC", 7) | bit("ERROR", 6)
+    assert answers.describe() == "MEASURE_2, ERROR_6, DAC_7"
+    answers.begin(Phase.READY, 12)
+    for joint in JOINTS:
+        answers.missing &= ~(bit("MEASURE", joint) | bit("ROWS", joint))
+    assert answers.describe() == "MEASURE_7, " + ", ".join(f"HEARTBEAT_{n}" for n in range(1, 10))
+
+
+def test_silence_is_counted_in_a_row() -> None:
+    answers = Answers()
+    for cycle in (1, 2, 4, 5, 7, 8):
+        answers.missing = bit("DAC", 1)
+        assert answers.unanswered(cycle) is None
+    assert answers.unanswered(9) == "joint 1: no DAC_1 for 3 cycles"
+
+
+@pytest.mark.parametrize("clock", [Clock.VIRTUAL, Clock.LOCKSTEP])
+def test_answers_of_another_cycle_do_not_count(wire: Wire, clock: Clock) -> None:
+    fleet = Fleet(wire, clock, barrier=0.02).enable()
+    late = fleet.id(Dac, 2)
+    delay_ns = fleet.master.settings.cycle_limit_ns * 3 // 2
+    fleet.pump.delay(lambda frame, to: frame.id == late and to is fleet.master, delay_ns)
+    assert fleet.halted() == "joint 2: no DAC_2 for 3 cycles"
+    assert fleet.master.ignored["stale DAC"] >= 1
+
+
+# --- faults -----------------------------------------------------------------------------------
+
+
+def test_an_emergency_of_one_node_stops_all_and_is_latched(fleet: Fleet) -> None:
+    fleet.pump.post([fleet.wire.sender(Emcy, 5).frame(FaultCode.OVER_TORQUE, 1, 12.5, 0)])
+    assert fleet.halted() == "joint 5: OVER_TORQUE (12.5)"
+    assert fleet.said("NMT")[-1].command == Command.QUICKSTOP
+    fleet.run(2)
+    assert {node.state for node in fleet.joints} == {NodeState.QUICKSTOP}
+    assert fleet.said("SYNC")[-1].state == NodeState.QUICKSTOP
+    fleet.pump.post([fleet.wire.sender(Emcy, 2).frame(FaultCode.RUNAWAY, 1, 0.0, 0)])
+    fleet.master.start()
+    fleet.run(50)
+    assert fleet.master.fault == "joint 5: OVER_TORQUE (12.5)"  # the first one is the reason
+    assert fleet.master.phase is Phase.HALT
+    assert {node.state for node in fleet.joints} == {NodeState.QUICKSTOP}
+
+
+def test_the_estop_frame_of_anybody_halts_the_run(fleet: Fleet) -> None:
+    fleet.pump.post([fleet.wire.sender(Estop).frame(*ESTOP_VALUES)])
+    assert fleet.halted() == "emergency stop on the bus"
+    fleet.run(3)
+    assert {node.state for node in fleet.joints} == {NodeState.FAULT}
+    assert all(fleet.master.arm_state.braked)
+
+
+def test_a_node_that_says_it_has_stopped_halts_the_run_without_its_emcy(fleet: Fleet) -> None:
+    fleet.pump.lose(lambda frame, _: frame.id == fleet.id(Emcy, 2))
+    beat = fleet.wire.sender(Heartbeat, 2)
+    fleet.pump.post([beat.frame(NodeState.QUICKSTOP, 1, 2, fleet.wire.dbc_hash, 0, 0)])
+    assert fleet.halted() == "joint 2 is in QUICKSTOP"
+
+
+def test_stop_disables_brakes_and_ends(fleet: Fleet) -> None:
+    fleet.master.stop()
+    fleet.pump.run_until(lambda: fleet.master.ended)
+    assert fleet.said("NMT")[-1].command == Command.STOP
+    assert all(fleet.master.arm_state.braked)
+    assert {node.state for node in fleet.joints} == {NodeState.READY}
+    assert fleet.master.next_deadline_ns() is None
+
+
+def test_stop_after_a_fault_resets_the_nodes_to_preop(fleet: Fleet) -> None:
+    fleet.pump.post([fleet.wire.sender(Emcy, 5).frame(FaultCode.OVER_TORQUE, 1, 12.5, 0)])
+    fleet.halted()
+    fleet.run(30)
+    fleet.master.stop()
+    fleet.pump.run_until(lambda: fleet.master.ended)
+    assert {node.state for node in fleet.joints} == {NodeState.PREOP}
+    assert fleet.master.fault is not None
