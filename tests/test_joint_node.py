@@ -10,7 +10,7 @@ from node_bench import PERIOD_NS, Heard
 from rfms_can.arm import ARMS
 from rfms_can.frame import Frame
 from rfms_can.joint_nodes.joint import JointNode
-from rfms_can.kinematics import configuration_of, inverse
+from rfms_can.kinematics import configuration_of, direct, inverse
 from rfms_can.transform import Transform
 from rfms_can.wire import ESTOP_VALUES, JOINTS, Wire
 from rfms_can.wire.records import Estop, Setpoint, Sync
