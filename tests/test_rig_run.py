@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from array import array
 from pathlib import Path
 
 import can
@@ -104,7 +105,7 @@ def test_a_record_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     record = Record(tmp_path)
     (tmp_path / COMMANDED).mkdir()
     with pytest.raises(RfmsError, match=r"commanded.csv cannot be written"):
-        record.commanded(execute.__defaults__ or memoryview(b"").cast("d"))  # type: ignore[arg-type]
+        record.commanded(array("d"))
 
 
 def test_a_program_s_error_stops_the_moving_arm_on_its_path(watched: Watched) -> None:
