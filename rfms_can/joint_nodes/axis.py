@@ -56,6 +56,7 @@ class Axis(FieldNode):
         self._measure: Measure | None = None
         self._driven = True
         self._age = 1  # cycles since the last measurement
+        self._sampled_in = 0  # its cycle: the plant's own, also where SYNC has failed
         self._dac = self._sends(Dac, joint)
         self._hears(Measure, joint, self._on_measure)
         self._hears(Reference, joint, self._on_reference)
@@ -129,6 +130,7 @@ class Axis(FieldNode):
     def _take(self, measure: Measure) -> None:
         """Angle and speed from the board."""
         self._measure = measure
+        self._sampled_in = measure.cycle
         self._ladder.clear(FaultCode.MEASURE_MISSING)
         speed = measure.velocity_adc * self._rate_per_code
         theta = self._encoder.angle(measure.counts)
@@ -169,8 +171,7 @@ class Axis(FieldNode):
         """Torque to current to DAC code."""
         self.torque = torque
         self._driven = True
-        cycle = self.cycle if self._measure is None else self._measure.cycle
-        self._out.append(self._dac.frame(self._servo.code(torque), 0, cycle & 0xFF))
+        self._out.append(self._dac.frame(self._servo.code(torque), 0, self._sampled_in))
 
     def _on_reference(self, reference: Reference) -> None:
         """Homing, while the bus homes: find the index, then hold there."""
