@@ -1,6 +1,7 @@
 """``rfms run``: bad input is one clear line, good input is a table or one JSON object."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,23 @@ def test_a_malformed_program_is_told_by_its_line(
     path = written(directory, text)
     assert f"{path}" in (line := rfms("run", path).complaint)
     assert complaint in line
+
+
+def test_a_program_may_have_modules_beside_it_and_classes_of_its_own(
+    rfms: Rfms, directory: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.path", [*sys.path])
+    (directory / "cell").mkdir()
+    written(directory / "cell", "PLACES = 3\n", "places_of_the_cell.py")
+    text = (
+        "from __future__ import annotations\n"
+        "from dataclasses import dataclass\n"
+        "from places_of_the_cell import PLACES\n"
+        "@dataclass\n"
+        "class Part:\n"
+        "    place: int = PLACES\n"
+    )
+    assert rfms("run", written(directory / "cell", text + STILL)).code == 0
 
 
 def test_a_program_that_is_not_there_or_no_text(rfms: Rfms, directory: Path) -> None:

@@ -1,13 +1,17 @@
 """Loads a user's program: a Python file with a function ``program(arm)``."""
 
+import sys
 import traceback
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from rfms_can.errors import ProgramError, RfmsError
 from rfms_can.rig.session import Program
 
 ENTRY = "program"
+MODULE = "rfms_program"
+"""What a program is imported as: its own name might be a library's."""
 _RIG = str(Path(__file__).parent)
 
 
@@ -21,15 +25,18 @@ def load_program(path: Path) -> Program:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise ProgramError(f"program {path} cannot be read: {error}") from error
-    scope: dict[str, Any] = {"__name__": path.stem, "__file__": str(path)}
+    module = ModuleType(MODULE)
+    module.__file__ = str(path)
+    sys.modules[MODULE] = module  # dataclasses look their module up
+    sys.path.insert(0, str(path.resolve().parent))  # modules beside it, as ``python FILE`` has it
     try:
-        exec(compile(text, str(path), "exec"), scope)  # the user's own program, on their machine
+        exec(compile(text, str(path), "exec"), vars(module))  # the user's own, on their machine
     except SyntaxError as error:
         where = "" if error.lineno is None else f", line {error.lineno}"
         raise ProgramError(f"program {error.filename or path}{where}: {error.msg}") from error
     except (Exception, SystemExit) as error:
         raise ProgramError(f"program {path}, {_line(error, path)}: {_what(error)}") from error
-    program = scope.get(ENTRY)
+    program = getattr(module, ENTRY, None)
     if not callable(program):
         raise ProgramError(f"program {path} has no function {ENTRY}(arm); define one")
 
