@@ -250,6 +250,15 @@ def test_three_silent_cycles_brake_a_joint_and_its_next_code_frees_it(bench: Ben
     assert bench.brakes == [False] * 6
 
 
+def test_a_brake_that_closes_takes_the_motor_current_away(bench: Bench) -> None:
+    bench.sync()
+    bench.dacs(50)
+    for _ in range(5):
+        bench.sync()
+    assert bench.codes == [0] * 6
+    assert bench.brakes == [True] * 6
+
+
 def test_brakes_hold_the_arm_against_gravity_and_motor(bench: Bench) -> None:
     before = bench.physics.true_q
     for _ in range(100):

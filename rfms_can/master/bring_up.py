@@ -7,7 +7,8 @@ from rfms_can.frame import Frame
 from rfms_can.master.configurator import Configurator
 from rfms_can.master.roster import Roster
 from rfms_can.protection import Sender
-from rfms_can.wire import NODE_NAMES, Wire
+from rfms_can.wire import JOINTS, NODE_NAMES, Wire
+from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.records import Config, ConfigAck
 from rfms_can.wire.vocabulary import Command, Parameter
 
@@ -37,7 +38,9 @@ class BringUp:
         patience_s: float,
         nmt: Sender[Any],
     ) -> None:
-        self.roster = Roster(wire.dbc_hash)
+        joint = parameters[JOINTS[0]]
+        plant = plant_hash(joint[Parameter.ARM_ID], joint[Parameter.PERIOD])
+        self.roster = Roster(wire.dbc_hash, plant)
         self.problem: str | None = None
         self.senders: list[Sender[Any]] = [wire.sender(Config, node) for node in parameters]
         self._dialogues = {

@@ -15,14 +15,16 @@ class Roster:
 
     Args:
         dbc_hash: what every node must run.
+        plant: what the plant must be (``plant_hash``).
     """
 
-    __slots__ = ("_boots", "_dbc_hash", "beats")
+    __slots__ = ("_boots", "_dbc_hash", "_plant", "beats")
 
-    def __init__(self, dbc_hash: int) -> None:
+    def __init__(self, dbc_hash: int, plant: int) -> None:
         self.beats: dict[int, Heartbeat] = {}
         self._boots: dict[int, int] = {}
         self._dbc_hash = dbc_hash
+        self._plant = plant
 
     def hear(self, node: int, beat: Heartbeat) -> str | None:
         """Take a heartbeat; returns what is wrong with it, or None."""
@@ -32,6 +34,12 @@ class Roster:
             return (
                 f"{name} runs another DBC (hash {beat.dbc_hash:#06x}, "
                 f"the master's is {self._dbc_hash:#06x}); give all nodes the same rfms.dbc"
+            )
+        if node == PLANT and beat.config_hash not in (0, self._plant):
+            return (
+                f"{name} carries another arm, or runs at another rate than the master "
+                f"(configuration {beat.config_hash:#06x}, not {self._plant:#06x}); "
+                f"give both the same --arm and --rate"
             )
         boot = self._boots.setdefault(node, beat.boot_id)
         if boot != beat.boot_id:

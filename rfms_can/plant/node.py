@@ -15,6 +15,7 @@ from rfms_can.frame import Frame
 from rfms_can.node import NOTHING
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, HEARTBEAT_EVERY, JOINTS, PLANT, Wire
+from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.records import Dac, Estop, Measure, Nmt, Reference, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 
@@ -36,6 +37,7 @@ class PlantNode(Endpoint):
         self.physics = physics
         self.state = NodeState.INIT
         self.cycle = 0
+        self._hash = plant_hash(physics.arm.arm_id, physics.steps_per_period * physics.step_s)
         self._watch_ns = watch_ns
         self._deadline_ns: int | None = 0
         self._started = False
@@ -60,7 +62,7 @@ class PlantNode(Endpoint):
         if self.state is NodeState.INIT:
             self.state = NodeState.PREOP
             self._deadline_ns = None
-            self._beat(self.state)
+            self._announce()
         else:
             self._deadline_ns += self._watch_ns
             self._run_period(self.cycle + 1)
@@ -70,6 +72,9 @@ class PlantNode(Endpoint):
         """When the plant goes on by itself."""
         return self._deadline_ns
 
+    def _announce(self) -> None:
+        self._beat(self.state, config_hash=self._hash)
+
     def _on_sync(self, sync: Sync) -> None:
         if sync.dbc_hash != self.wire.dbc_hash:
             self.ignored["SYNC with another DBC"] += 1
@@ -78,7 +83,7 @@ class PlantNode(Endpoint):
         self._bus_state = NodeState(sync.state)
         self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
-            self._beat(self.state)
+            self._announce()
         self._run_period(sync.cycle)
 
     def _run_period(self, cycle: int) -> None:
@@ -97,6 +102,8 @@ class PlantNode(Endpoint):
         for index, dac in enumerate(self._arrived):
             if dac is None:
                 self._silent[index] += 1
+                if self._silent[index] == SILENT_CYCLES:
+                    self._codes[index] = 0  # no current against a closed brake
                 continue
             self._silent[index] = 0
             self._codes[index] = dac.current_dac
@@ -134,7 +141,7 @@ class PlantNode(Endpoint):
         if nmt.node not in (0, self.number):
             return
         if nmt.command == Command.ANNOUNCE:
-            self._beat(self.state)
+            self._announce()
         elif nmt.command == Command.START:
             self._restart_counters()
         elif nmt.command == Command.RESET:

@@ -45,6 +45,7 @@ class PlantPhysics:
     """Six boards on one arm, and a gripper, advanced one control period at a time.
 
     Attributes:
+        arm: the arm it carries.
         steps_per_period: physics steps in one control period.
         step_s: length of a physics step, s.
         jaw: the gripper.
@@ -64,6 +65,7 @@ class PlantPhysics:
             ArmError: no such friction set.
             PlantError: the rate does not fit the physics step, or the pose not the arm.
         """
+        self.arm = arm
         self.steps_per_period, self.step_s = physics_steps(rate_hz)
         self._model = ArmModel(arm, friction_set(arm, friction_name), self.step_s)
         if initial_q is not None:

@@ -14,3 +14,8 @@ def configuration_hash(values: Mapping[Parameter, float]) -> int:
     """CRC-16 (0x1021) of all parameter and value pairs in ascending order; never 0 (no hash)."""
     data = b"".join(_PAIR.pack(parameter, values[parameter]) for parameter in sorted(values))
     return binascii.crc_hqx(data, 0xFFFF) or 1
+
+
+def plant_hash(arm_id: float, period_s: float) -> int:
+    """What the plant's heartbeat tells of it: the arm it carries and the control period, s."""
+    return configuration_hash({Parameter.ARM_ID: arm_id, Parameter.PERIOD: period_s})
