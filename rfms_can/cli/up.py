@@ -14,6 +14,7 @@ from rfms_can.cli.nodes import node_settings, stop_on_signals
 from rfms_can.cli.options import (
     ArmOption,
     BarrierOption,
+    BlendOption,
     BusOption,
     ClockOption,
     ConfigOption,
@@ -46,6 +47,7 @@ def up(
     rate: RateOption = None,
     friction: FrictionOption = None,
     servo_friction: ServoFrictionOption = None,
+    blend: BlendOption = None,
     barrier: BarrierOption = None,
     patience: PatienceOption = None,
     seed: SeedOption = None,
@@ -68,6 +70,7 @@ def up(
         rate=rate,
         friction=friction,
         servo_friction=servo_friction,
+        blend=blend,
         barrier=barrier,
         patience=patience,
         seed=seed,
