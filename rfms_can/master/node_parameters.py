@@ -2,7 +2,8 @@
 
 Gains follow from two numbers, the same for every joint so that the arm behaves alike in all
 directions: natural frequency and damping of the error, on the inertia the joint has at the park
-pose. The 4 ms period and the one period of bus delay leave 30 rad/s about 60 degrees of phase.
+pose. The natural frequency falls with slow control rates: sample time and the one period of bus
+delay take phase in proportion.
 """
 
 import struct
@@ -13,7 +14,10 @@ from rfms_can.dynamics import ArmDynamics
 from rfms_can.wire import GRIPPER, JOINTS
 from rfms_can.wire.vocabulary import Parameter
 
-NATURAL_FREQUENCY: Final = 30.0  # rad/s
+NATURAL_FREQUENCY: Final = 30.0
+"""Of the error, rad/s, where the control period allows it."""
+PERIOD_ANGLE: Final = 0.15
+"""Most angle, rad, the natural frequency may turn in one control period: delay costs phase."""
 DAMPING_RATIO: Final = 1.0
 INTEGRAL_RATE: Final = 8.0
 """K_i over K_p, 1/s."""
@@ -41,21 +45,22 @@ def joint_parameters(arm: Arm, friction_name: str, period_s: float) -> dict[int,
     """
     inertia = ArmDynamics(arm).inertia_matrix(arm.park)
     frictions = friction_set(arm, friction_name)
+    natural = min(NATURAL_FREQUENCY, PERIOD_ANGLE / period_s)
     result: dict[int, Parameters] = {}
     for joint in JOINTS:
         i = joint - 1
         drive, scale, friction = arm.drives[i], arm.board_scale(i), frictions[i]
-        stiffness = float(inertia[i, i]) * NATURAL_FREQUENCY**2
+        stiffness = float(inertia[i, i]) * natural**2
         counts_per_rad = drive.counts_per_radian
         result[joint] = {
             Parameter.ARM_ID: float(arm.arm_id),
             Parameter.PERIOD: period_s,
             Parameter.KP: stiffness,
             Parameter.KI: INTEGRAL_RATE * stiffness,
-            Parameter.KD: 2.0 * DAMPING_RATIO * float(inertia[i, i]) * NATURAL_FREQUENCY,
+            Parameter.KD: 2.0 * DAMPING_RATIO * float(inertia[i, i]) * natural,
             Parameter.INTEGRAL_LIMIT: INTEGRAL_PART * drive.torque_limit,
             Parameter.INTEGRAL_DEADBAND: DEADBAND_COUNTS / abs(counts_per_rad),
-            Parameter.NATURAL_FREQUENCY: NATURAL_FREQUENCY,
+            Parameter.NATURAL_FREQUENCY: natural,
             Parameter.DAMPING_RATIO: DAMPING_RATIO,
             Parameter.TORQUE_LIMIT: drive.torque_limit,
             Parameter.TORQUE_PER_CODE: scale.torque_per_dac_code,

@@ -28,6 +28,7 @@ class RunResult(msgspec.Struct, frozen=True):
 
     Attributes:
         fault: why it was halted, or None.
+        error: why the program ended early otherwise, or None.
         cycles: control cycles while enabled.
         incomplete: cycles that ended before all had answered (deadline misses).
         missing: frames that were missing in them.
@@ -43,6 +44,7 @@ class RunResult(msgspec.Struct, frozen=True):
     """
 
     fault: str | None
+    error: str | None
     cycles: int
     incomplete: int
     missing: dict[str, int]

@@ -89,6 +89,7 @@ class Session:
         self._progress = progress
         self._keep = keep
         self._enabled_at = self._wall_s = 0.0
+        self._error: str | None = None
 
     def _on_cycle(self) -> None:
         supervisor = self.supervisor
@@ -112,7 +113,8 @@ class Session:
         except FaultError:
             self._coast(HALT_CYCLES)
             raise
-        except BaseException:
+        except BaseException as error:
+            self._error = f"{type(error).__name__}: {error}".removesuffix(": ")
             self._stop_moving()
             raise
         finally:
@@ -161,6 +163,7 @@ class Session:
         supervisor, statistics = self.supervisor, self.supervisor.statistics
         return RunResult(
             fault=supervisor.fault,
+            error=self._error,
             cycles=statistics.cycles,
             incomplete=statistics.incomplete,
             missing=dict(statistics.missing),
