@@ -116,3 +116,10 @@ def test_cycles_are_counted_from_enable_to_disable(wire: Wire) -> None:
     assert [len(frames) for frames in counted] == [3, 3]
     assert counted == cycles_from_enable(run(swap=True), wire)
     assert counted != cycles_from_enable(run(swap=False)[:-4], wire)
+
+
+def test_a_last_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "killed.log"
+    whole = log_line(1_000_000, "sim0", Frame(0x123, b"\x01\x02"))
+    path.write_text(whole + whole[: len(whole) // 2], encoding="ascii")
+    assert [frame for _, frame in read_candump(path)] == [Frame(0x123, b"\x01\x02")]

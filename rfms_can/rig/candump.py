@@ -59,16 +59,18 @@ class CandumpWriter:
 
 
 def read_candump(path: Path) -> list[tuple[float, Frame]]:
-    """Times (s) and frames of a candump log.
+    """Times (s) and frames of a candump log; a last line that was cut off is left out.
 
     Raises:
         ValueError: a line is none of a candump log.
     """
     frames = []
-    for number, line in enumerate(path.read_text(encoding="ascii").splitlines(), 1):
+    text = path.read_text(encoding="ascii")
+    whole = text[: text.rfind("\n") + 1]
+    for number, line in enumerate(whole.splitlines(), 1):
         try:
-            stamp, _, text, *_ = line.split()
-            identifier, _, rest = text.partition("#")
+            stamp, _, sent, *_ = line.split()
+            identifier, _, rest = sent.partition("#")
             fd = rest.startswith("#")
             data = bytes.fromhex(rest[2:] if fd else rest)
             frames.append((float(stamp.strip("()")), Frame(int(identifier, 16), data, fd)))
