@@ -116,6 +116,9 @@ def _watch(
                     console.print(f"{describe(child)}; the others go on")
     finally:
         fleet.close()
+    master = fleet.children.get(MASTER)
+    if master is not None and master.pid in known:
+        raise RfmsError(f"{describe(master)}: its run was not good, whoever went on")
 
 
 def _table(health: Mapping[int, "Health"], settings: RunSettings) -> Table:
