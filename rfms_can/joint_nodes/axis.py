@@ -198,6 +198,7 @@ class Axis(FieldNode):
         if ramp is None:
             return
         ramp.step()
+        ramp.watch(self.theta)
         self._drive(
             self._servo.alone(
                 ramp.position - self.theta,
