@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from node_bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260, Arm
-from rfms_can.cartesian_setpoint import CartesianSetpoint
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.kinematics import configuration_of, direct
-from rfms_can.master.node_parameters import all_parameters
-from rfms_can.setpoint_frames import values_of
+from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.setpoint.cartesian import CartesianSetpoint
+from rfms_can.setpoint.frames import values_of
 from rfms_can.wire import JOINTS, Wire
 from rfms_can.wire.records import (
     JointError,

@@ -6,7 +6,7 @@ from node_bench import PERIOD_NS, Bench, Heard
 from rfms_can.arm import PUMA_260, Arm
 from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_PART, GripperNode
 from rfms_can.joint_nodes.ladder import Reaction
-from rfms_can.master.node_parameters import all_parameters
+from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.plant.jaw import Jaw
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, Wire
 from rfms_can.wire.records import Config, Estop, Gripper, Measure

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.servo import REVERSAL_S, Servo
 from rfms_can.joint_nodes.stop_ramp import StopRamp
-from rfms_can.master.node_parameters import joint_parameters
+from rfms_can.master.start_up.node_parameters import joint_parameters
 from rfms_can.wire import JOINTS
 from rfms_can.wire.vocabulary import Law, Parameter
 

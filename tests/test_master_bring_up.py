@@ -7,9 +7,9 @@ from nodes_rig import Fleet
 from rfms_can.arm import PUMA_260
 from rfms_can.frame import Frame
 from rfms_can.joint_nodes.joint import JointNode
-from rfms_can.master.configurator import Configurator
-from rfms_can.master.node_parameters import all_parameters
 from rfms_can.master.phases import Phase
+from rfms_can.master.start_up.configurator import Configurator
+from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.node import Node
 from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
 from rfms_can.wire.configuration import configuration_hash

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rfms_can.master.roster import Roster
+from rfms_can.master.start_up.roster import Roster
 from rfms_can.wire import PLANT
 from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.records import Heartbeat

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
 
-from rfms_can.blend import MatchingPolynomial, blend_parameter, stop_parameter
-from rfms_can.history import LONGEST, SHORTEST, SampleHistory, window_for
+from rfms_can.setpoint.blend import MatchingPolynomial, blend_parameter, stop_parameter
+from rfms_can.setpoint.history import LONGEST, SHORTEST, SampleHistory, window_for
 
 values = st.floats(-10.0, 10.0)
 

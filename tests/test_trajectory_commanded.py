@@ -7,9 +7,9 @@ from trajectory_rig import HOME, LEFT_DOWN, TAU, Rig, over_the_wire
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.kinematics import Configuration, direct
-from rfms_can.master.commanded import CommandedTrajectory
-from rfms_can.master.segment import FixedGoal, Move
-from rfms_can.master.trajectory import TrajectoryGenerator
+from rfms_can.master.trajectory.commanded import CommandedTrajectory
+from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.segment import FixedGoal, Move
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Mode
 

@@ -4,7 +4,7 @@ import pytest
 from pytest import approx
 from trajectory_rig import golden, golden_rig
 
-from rfms_can.blend import MatchingPolynomial, segment_derivatives
+from rfms_can.setpoint.blend import MatchingPolynomial, segment_derivatives
 from rfms_can.wire.vocabulary import Blend
 
 POLYNOMIALS = golden("polynomials")

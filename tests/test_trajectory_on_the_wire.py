@@ -3,7 +3,7 @@
 import pytest
 from trajectory_rig import golden_rig
 
-from rfms_can.setpoint_frames import setpoint_of, values_of
+from rfms_can.setpoint.frames import setpoint_of, values_of
 from rfms_can.wire import Wire
 from rfms_can.wire.records import Setpoint
 from rfms_can.wire.vocabulary import Blend

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from pytest import approx
 from trajectory_rig import LEFT_DOWN, TAU, Rig
 
-from rfms_can.blend import blend_parameter
-from rfms_can.cartesian_setpoint import CartesianSetpoint
 from rfms_can.kinematics import nearest_turn
-from rfms_can.master.states import Stage
+from rfms_can.master.trajectory.states import Stage
 from rfms_can.setpoint import FOLLOWS, JointSetpoint
+from rfms_can.setpoint.blend import blend_parameter
+from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import Configuration, JointSolver, direct
-from rfms_can.master.segment import FixedGoal, Move, whole_ticks
-from rfms_can.master.states import Stage
-from rfms_can.master.trajectory import TrajectoryGenerator
+from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.segment import FixedGoal, Move, whole_ticks
+from rfms_can.master.trajectory.states import Stage
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode

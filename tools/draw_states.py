@@ -9,8 +9,8 @@ from generated import main, table
 from rfms_can.joint_nodes.ladder import LADDERS, Reaction
 from rfms_can.joint_nodes.states import TRANSITIONS as NODE
 from rfms_can.master.phases import BUS_STATES, PHASES
-from rfms_can.master.states import ON_THE_WIRE
-from rfms_can.master.states import TRANSITIONS as GENERATOR
+from rfms_can.master.trajectory.states import ON_THE_WIRE
+from rfms_can.master.trajectory.states import TRANSITIONS as GENERATOR
 
 State = TypeVar("State", bound=Enum)
 Event = TypeVar("Event", bound=Enum)
@@ -54,7 +54,7 @@ def render() -> str:
             "## The master (`rfms_can/master/phases.py`)",
             diagram(PHASES),
             names("phase", "state in SYNC", BUS_STATES),
-            "## The trajectory generator (`rfms_can/master/states.py`)",
+            "## The trajectory generator (`rfms_can/master/trajectory/states.py`)",
             diagram(GENERATOR),
             names("stage", "state in SETPOINT", ON_THE_WIRE),
         ]

@@ -14,7 +14,7 @@ from rfms_can.errors import EncodeError
 from rfms_can.joint_nodes.axis import Axis
 from rfms_can.kinematics import JointSolver
 from rfms_can.setpoint import JointSetpoint
-from rfms_can.setpoint_frames import setpoint_of
+from rfms_can.setpoint.frames import setpoint_of
 from rfms_can.wire import JOINTS, Wire
 from rfms_can.wire.records import Bias, JointError, Setpoint, Sync
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter

@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rfms_can.arm import Arm
-from rfms_can.cartesian_setpoint import CartesianSetpoint
 from rfms_can.frame import Frame
 from rfms_can.master.math_processor import MathProcessor
 from rfms_can.protection import Sender
-from rfms_can.setpoint_frames import values_of
+from rfms_can.setpoint.cartesian import CartesianSetpoint
+from rfms_can.setpoint.frames import values_of
 from rfms_can.wire import HEARTBEAT_EVERY, JOINTS, NO_SET
 from rfms_can.wire.records import Gripper, Nmt, Rows, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState

@@ -8,11 +8,11 @@ from rfms_can.endpoint import Endpoint
 from rfms_can.frame import IDENTIFIERS, Frame
 from rfms_can.master.answers import MEASURES, REFERENCES, Answers, bit
 from rfms_can.master.arm_state import ArmState
-from rfms_can.master.bring_up import BringUp
 from rfms_can.master.broadcast import Broadcast
-from rfms_can.master.node_parameters import all_parameters
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import MasterSettings
+from rfms_can.master.start_up.bring_up import BringUp
+from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT, Wire
 from rfms_can.wire.records import (
     ConfigAck,

@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 from rfms_can.arm import Arm
-from rfms_can.cartesian_setpoint import CartesianSetpoint
 from rfms_can.errors import KinematicsError, MoveError, ProgramError
 from rfms_can.kinematics import Configuration, configuration_of, direct, singularity_margins
-from rfms_can.master.commanded import CommandedTrajectory
-from rfms_can.master.segment import Move, whole_ticks
-from rfms_can.master.trajectory import TrajectoryGenerator
+from rfms_can.master.trajectory.commanded import CommandedTrajectory
+from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.world import WorldModel
 from rfms_can.messages import (
     Message,
@@ -18,6 +17,7 @@ from rfms_can.messages import (
     StopRequest,
     TransformMessage,
 )
+from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.wire.vocabulary import Blend
 
 WRIST_MARGIN = 1e-3

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from typing import Final
 
 from rfms_can.arm import Arm
-from rfms_can.cartesian_setpoint import CartesianSetpoint
 from rfms_can.errors import KinematicsError, ProgramError
 from rfms_can.frame import Frame
 from rfms_can.master.listener import Listener
@@ -20,6 +19,7 @@ from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.messages import GripperRequest, Message
 from rfms_can.node import NOTHING
+from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.wire import HEARTBEAT_EVERY, Wire
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 

@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from rfms_can.errors import EquationError, KinematicsError, ProgramError
 from rfms_can.kinematics import Configuration
-from rfms_can.master.segment import FixedGoal
+from rfms_can.master.trajectory.segment import FixedGoal
 from rfms_can.messages import T6, ModeMessage, PositionMessage, TransformMessage
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Mode

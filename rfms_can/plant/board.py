@@ -1,6 +1,6 @@
 """The iSBX board of one joint: two DACs, two ADCs and an incremental encoder (thesis 6.4.4).
 
-Plain state without I/O. What its codes mean is :class:`~rfms_can.mechanism.BoardScale`'s.
+Plain state without I/O. What its codes mean is :class:`~rfms_can.arm.mechanism.BoardScale`'s.
 Codes saturate at the rails -2048 and 2047 and round half up, so a run repeats bit by bit.
 """
 
@@ -8,7 +8,7 @@ from math import floor, pi, sin
 from typing import Final
 
 from rfms_can.arm import Arm
-from rfms_can.mechanism import COARSE_CODES, COARSE_LINEARITY, CONVERTER_CODES
+from rfms_can.arm.mechanism import COARSE_CODES, COARSE_LINEARITY, CONVERTER_CODES
 
 LOWEST_CODE: Final = -CONVERTER_CODES
 HIGHEST_CODE: Final = CONVERTER_CODES - 1

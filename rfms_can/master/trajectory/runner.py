@@ -2,12 +2,12 @@
 
 from typing import Final
 
-from rfms_can.blend import blend_parameter, stop_parameter
-from rfms_can.history import window_for
 from rfms_can.kinematics import Configuration
-from rfms_can.master.segment import Move, Segment
-from rfms_can.master.states import ON_THE_WIRE, Stage
+from rfms_can.master.trajectory.segment import Move, Segment
+from rfms_can.master.trajectory.states import ON_THE_WIRE, Stage
 from rfms_can.setpoint import CartesianSetpoint
+from rfms_can.setpoint.blend import blend_parameter, stop_parameter
+from rfms_can.setpoint.history import window_for
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
 

@@ -29,7 +29,7 @@ from typing import Final
 
 import numpy as np
 
-from rfms_can.blend import Derivatives
+from rfms_can.setpoint.blend import Derivatives
 
 SHORTEST: Final = 10
 """Samples a fit takes if there are as many."""

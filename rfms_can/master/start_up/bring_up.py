@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rfms_can.frame import Frame
-from rfms_can.master.configurator import Configurator
-from rfms_can.master.roster import Roster
+from rfms_can.master.start_up.configurator import Configurator
+from rfms_can.master.start_up.roster import Roster
 from rfms_can.protection import Sender
 from rfms_can.wire import JOINTS, NODE_NAMES, Wire
 from rfms_can.wire.configuration import plant_hash

@@ -11,14 +11,12 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from rfms_can.blend import NO_MATCH, Derivatives, MatchingPolynomial
-from rfms_can.cartesian_setpoint import CartesianSetpoint
-from rfms_can.history import SHORTEST, SampleHistory, window_for
 from rfms_can.kinematics import Configuration
+from rfms_can.setpoint.blend import NO_MATCH, Derivatives, MatchingPolynomial
+from rfms_can.setpoint.cartesian import CartesianSetpoint
+from rfms_can.setpoint.history import SHORTEST, SampleHistory, window_for
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
-
-__all__ = ["FOLLOWS", "CartesianSetpoint", "JointSetpoint", "Solve"]
 
 Solve = Callable[[Transform, Configuration, float], float]
 """Solves one joint: pose, configuration, the angle whose turn to continue; NaN if impossible."""
@@ -55,7 +53,7 @@ class JointSetpoint:
     At a hand-over the ``THESIS`` blend extrapolates linearly and matches position and velocity.
     ``CONTINUOUS`` also matches acceleration and jerk; what it takes them from is the history of
     the base, not of the set-point, so a joint segment with a resting goal is left with exactly
-    zero of both, and r adds its own exact rate (numbers: :mod:`rfms_can.history`).
+    zero of both, and r adds its own exact rate (numbers: :mod:`rfms_can.setpoint.history`).
 
     Attributes:
         theta: the set-point, rad.

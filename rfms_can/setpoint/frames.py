@@ -3,8 +3,8 @@
 from functools import lru_cache
 from typing import Final
 
-from rfms_can.cartesian_setpoint import CartesianSetpoint
 from rfms_can.kinematics import CONFIGURATIONS, Configuration
+from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.records import Setpoint
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState

@@ -6,7 +6,7 @@ from typing import Final, Protocol
 
 from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.kinematics import Geometry, InverseKinematics, Joints
-from rfms_can.master.segment import Move, Segment
+from rfms_can.master.trajectory.segment import Move, Segment
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.wire.vocabulary import Mode
 

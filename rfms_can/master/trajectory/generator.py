@@ -17,10 +17,10 @@ from typing import Final
 
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration
-from rfms_can.master.admission import check_path, check_succession, check_times
-from rfms_can.master.runner import SegmentRunner
-from rfms_can.master.segment import Move, Segment
-from rfms_can.master.states import Event, Stage, following
+from rfms_can.master.trajectory.admission import check_path, check_succession, check_times
+from rfms_can.master.trajectory.runner import SegmentRunner
+from rfms_can.master.trajectory.segment import Move, Segment
+from rfms_can.master.trajectory.states import Event, Stage, following
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
@@ -44,7 +44,7 @@ class TrajectoryGenerator:
     """Turns moves into one Cartesian set-point a cycle.
 
     Attributes:
-        stage: where it is in :mod:`rfms_can.master.states`.
+        stage: where it is in :mod:`rfms_can.master.trajectory.states`.
         completed: sequence number of the last move that is over: at rest at its goal, or handed
             over to the next. 0 before the first.
         tick_count: ticks since construction; goals that move are evaluated at it.
@@ -128,8 +128,9 @@ class TrajectoryGenerator:
         """Stop along the path and drop all moves.
 
         A transition under way is finished first: what it blends out would otherwise be left. Then
-        h slows down within 2 t_acc (:func:`rfms_can.blend.stop_parameter`), and the arm stays on
-        its path throughout; ``stopped`` tells when it rests, and ``enable`` what to hold there.
+        h slows down within 2 t_acc (:func:`rfms_can.setpoint.blend.stop_parameter`), and the arm
+        stays on its path throughout; ``stopped`` tells when it rests, and ``enable`` what to hold
+        there.
         At rest, or on the way to it, there is nothing to stop.
 
         Returns:

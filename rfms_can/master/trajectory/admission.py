@@ -4,7 +4,7 @@ from math import pi
 from typing import Final
 
 from rfms_can.errors import MoveError
-from rfms_can.master.segment import Move
+from rfms_can.master.trajectory.segment import Move
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
 

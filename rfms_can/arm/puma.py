@@ -16,7 +16,7 @@ from math import radians
 from types import MappingProxyType
 from typing import Final
 
-from rfms_can.mechanism import JOINTS, Arm, Correction, Drive, Gripper, JointFriction, Link
+from rfms_can.arm.mechanism import JOINTS, Arm, Correction, Drive, Gripper, JointFriction, Link
 
 OUNCE_INCH: Final = 7.0615518e-3  # Nm
 

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from rfms_can.errors import ArmError
-from rfms_can.mechanism import (
+from rfms_can.arm.mechanism import (
     JOINTS,
     Arm,
     BoardScale,
@@ -18,7 +17,8 @@ from rfms_can.mechanism import (
     JointFriction,
     Link,
 )
-from rfms_can.puma import PUMA_260, PUMA_560
+from rfms_can.arm.puma import PUMA_260, PUMA_560
+from rfms_can.errors import ArmError
 
 __all__ = [
     "ARMS",
