@@ -14,8 +14,12 @@
     │   ├── JointLimitError     a solution outside a joint's range
     │   └── SingularityError    a Jacobian that cannot be inverted there
     ├── ProgramError        what a user program asked for is refused
+    │   ├── TransformError      a transform that is none, is unknown, or changes its kind
     │   ├── EquationError       a position equation without exactly one T6, or unsolvable
-    │   └── MoveError           a move that breaks a rule of the trajectory generator
+    │   ├── ModeError           a mode that contradicts itself
+    │   ├── MoveError           a move that breaks a rule of the trajectory generator
+    │   └── LeaseError          somebody else controls the arm, or nobody does any more
+    ├── LinkError           the server is not there, does not answer, or hears nonsense
     ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
     └── FaultError          a latched fault ended the run: the arm is safe, the run is not good
 
@@ -74,6 +78,22 @@ class ProgramError(RfmsError):
 
 class EquationError(ProgramError, ValueError):
     """A position equation that cannot be solved for T6."""
+
+
+class TransformError(ProgramError, ValueError):
+    """A transform that is no rotation, is not defined, or would change its kind."""
+
+
+class ModeError(ProgramError, ValueError):
+    """A mode that contradicts itself."""
+
+
+class LeaseError(ProgramError):
+    """Another coordinator controls the arm, or the lease has lapsed."""
+
+
+class LinkError(RfmsError):
+    """The link to the server: an address, a key, or a server that does not answer."""
 
 
 class MoveError(ProgramError, ValueError):

@@ -164,8 +164,8 @@ class Fleet:
         goal = [q + step for q, step in zip(master.arm.park, way, strict=True)]
         master.handle(TransformMessage("goal", direct(master.arm, goal)))
         master.handle(PositionMessage("there", ["t6"], ["goal"]))
-        master.handle(ModeMessage("swift", "joint", seconds, 0.1))
-        return master.handle(MoveRequest("there", "swift"))
+        master.handle(ModeMessage("swift", "joint", 0.1, seconds))
+        return master.handle(MoveRequest("there", "swift")).sequence
 
     def id(self, record: type[NamedTuple], node: int | None = None) -> int:
         """Identifier of a message."""

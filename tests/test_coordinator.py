@@ -1,18 +1,23 @@
 """The program API over a link that only remembers: what programs say, and what they may not."""
 
 import math
-from collections.abc import Callable
 
 import pytest
+from statuses import status
 
 from rfms_can.coordinator import Arm, Equation, Expression, Transform
 from rfms_can.errors import EquationError, FaultError, MoveError, ProgramError
 from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    CycleReached,
     GripperRequest,
     Message,
     ModeMessage,
+    MoveOver,
     MoveRequest,
     PositionMessage,
+    Status,
     StopRequest,
     TransformMessage,
 )
@@ -38,43 +43,38 @@ class FakeLink:
         self.fault_at: int | None = None
         self._moves = 0
 
-    def request(self, message: Message) -> int:
+    def request(self, message: Message) -> Answer:
         if self.refusal is not None:
             raise self.refusal
         self.heard.append(message)
         if isinstance(message, MoveRequest):
             self._moves += 1
-            return self._moves
-        return 0
+            return Answer(self._moves)
+        return Answer()
 
-    def run_until(self, condition: Callable[[], bool]) -> None:
-        while not condition():
+    def wait(self, *any_of: AnyCondition) -> None:
+        while not any(self._holds(condition) for condition in any_of):
             self.now += 1
             if self.now == self.fault_at:
                 raise FaultError("joint 3: OVER_TORQUE (9)")
             if self.now % 100 == 0:
                 self.over += 1
 
-    def is_over(self, sequence: int) -> bool:
-        return self.over >= sequence
+    def _holds(self, condition: AnyCondition) -> bool:
+        match condition:
+            case MoveOver(sequence):
+                return self.over >= sequence
+            case CycleReached(cycle):
+                return self.now >= cycle
+            case _:
+                return self.now >= self.rests_at
 
-    def at_rest(self) -> bool:
-        return self.now >= self.rests_at
-
-    def jaw_rests(self) -> bool:
-        return self.now >= self.rests_at
-
-    def cycle(self) -> int:
-        return self.now
-
-    def period_s(self) -> float:
-        return 0.004
-
-    def joints(self) -> tuple[float, ...]:
-        return (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-
-    def t6(self) -> Transform:
-        return Transform.translation(0.3, 0.2, 0.1)
+    def status(self) -> Status:
+        return status(
+            cycle=self.now,
+            joints=(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+            t6=Transform.translation(0.3, 0.2, 0.1),
+        )
 
 
 @pytest.fixture
@@ -100,8 +100,8 @@ def test_a_program_in_the_manner_of_the_thesis(arm: Arm, link: FakeLink) -> None
     assert [arm.move(over, slow), arm.move(at, slow)] == [1, 2]
     assert link.heard[3:] == [
         PositionMessage("over", ["t6", "tool"], ["part", "above"], "tool"),
-        PositionMessage("at", ["part"], ["t6", "tool"], None, "left up noflip"),
-        ModeMessage("slow", "cartesian", 1.0, 0.2),
+        PositionMessage("at", ["part"], ["t6", "tool"], configuration="left up noflip"),
+        ModeMessage("slow", "cartesian", 0.2, 1.0),
         MoveRequest("over", "slow"),
         MoveRequest("at", "slow"),
     ]
@@ -118,7 +118,7 @@ def test_transforms_travel_as_twelve_numbers(arm: Arm, link: FakeLink) -> None:
 
 def test_modes_move_in_joint_space_unless_told(arm: Arm, link: FakeLink) -> None:
     arm.mode("far", segment_time=2.0, acceleration_time=0.3)
-    assert link.heard == [ModeMessage("far", "joint", 2.0, 0.3)]
+    assert link.heard == [ModeMessage("far", "joint", 0.3, 2.0)]
 
 
 # --- equations ---------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ class Rig:
         goal = [q + way for q, way in zip(self.arm.park, AWAY, strict=True)]
         self.master.handle(TransformMessage("goal", direct(self.arm, goal)))
         self.master.handle(PositionMessage("away", ["t6"], ["goal"]))
-        self.master.handle(ModeMessage("swift", "joint", 0.8, 0.2))
+        self.master.handle(ModeMessage("swift", "joint", 0.2, 0.8))
         self.master.handle(MoveRequest("away", "swift"))
         self.run(0.4)
         assert max(map(abs, self.plant.physics.true_qd)) > 0.5

@@ -9,7 +9,8 @@ from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.kinematics import Configuration, direct
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.segment import FixedGoal, Move
+from rfms_can.master.trajectory.goal import FixedGoal
+from rfms_can.master.trajectory.segment import Move
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Mode
 

@@ -10,7 +10,8 @@ from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError, RfmsError
 from rfms_can.kinematics import Configuration, direct
 from rfms_can.master.trajectory.generator import MAX_QUEUE, TrajectoryGenerator
-from rfms_can.master.trajectory.segment import FixedGoal, Move, whole_ticks
+from rfms_can.master.trajectory.goal import FixedGoal
+from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.trajectory.states import TRANSITIONS, Event, Stage, following
 from rfms_can.setpoint.history import window_for
 from rfms_can.transform import Transform

@@ -12,7 +12,8 @@ from rfms_can.arm import PUMA_260
 from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.kinematics import Joints, direct
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
-from rfms_can.master.trajectory.segment import FixedGoal, Move
+from rfms_can.master.trajectory.goal import FixedGoal
+from rfms_can.master.trajectory.segment import Move
 from rfms_can.wire.vocabulary import Blend, Mode
 
 REST = (0.2, 1.2, -2.9, 0.3, 1.0, -0.2)

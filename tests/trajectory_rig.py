@@ -12,7 +12,8 @@ import numpy as np
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import Configuration, JointSolver, direct
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.segment import FixedGoal, Move, whole_ticks
+from rfms_can.master.trajectory.goal import FixedGoal, Moment
+from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.trajectory.states import Stage
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.transform import Transform
@@ -45,15 +46,15 @@ class MovingGoal:
         self._step = [v * period_s for v in velocity]
         self._right = TOOL.inverse()
 
-    def left(self, tick: int) -> Transform:
-        x, y, z = (step * tick for step in self._step)
+    def left(self, moment: Moment) -> Transform:
+        x, y, z = (step * moment.tick for step in self._step)
         return Transform.translation(x, y, z) @ self._target
 
-    def right(self, tick: int) -> Transform:
+    def right(self, moment: Moment) -> Transform:
         return self._right
 
-    def pose(self, tick: int) -> Transform:
-        return self.left(tick) @ self._right
+    def pose(self, moment: Moment) -> Transform:
+        return self.left(moment) @ self._right
 
 
 def float32(value: float) -> float:

@@ -13,63 +13,29 @@ A program is a function that is given an :class:`Arm`::
 Time waits while the program runs between two waits; a request takes effect at the next cycle.
 """
 
-from collections.abc import Callable
-from typing import Protocol
+from typing import Literal
 
 import msgspec
 
 from rfms_can.coordinator.equation import Equation, Expression
+from rfms_can.coordinator.link import Link
 from rfms_can.errors import EquationError, ProgramError
 from rfms_can.messages import (
     T6,
+    Answer,
+    ArmRequest,
+    AtRest,
+    CycleReached,
     GripperRequest,
-    Message,
+    JawAtRest,
     ModeMessage,
+    MoveOver,
     MoveRequest,
     PositionMessage,
     StopRequest,
     TransformMessage,
 )
 from rfms_can.transform import Transform
-
-
-class Link(Protocol):
-    """What a program needs of the server: messages in, state out, and time in between."""
-
-    def request(self, message: Message) -> int:
-        """Hand a message over; a move's answer is its sequence number.
-
-        Raises:
-            ProgramError: the server refuses it.
-        """
-
-    def run_until(self, condition: Callable[[], bool]) -> None:
-        """Let time go on until a condition holds.
-
-        Raises:
-            FaultError: the run was halted.
-        """
-
-    def is_over(self, sequence: int) -> bool:
-        """Whether a move is complete."""
-
-    def at_rest(self) -> bool:
-        """Whether the arm rests and no move waits."""
-
-    def jaw_rests(self) -> bool:
-        """Whether the gripper's jaw has come to rest after the last command."""
-
-    def cycle(self) -> int:
-        """Control cycles since the arm was enabled."""
-
-    def period_s(self) -> float:
-        """Control period, s."""
-
-    def joints(self) -> tuple[float, ...]:
-        """Measured joint angles, rad (6)."""
-
-    def t6(self) -> Transform:
-        """Measured T6."""
 
 
 class Gripper:
@@ -92,7 +58,7 @@ class Gripper:
         if not 0.0 < force <= 1.0:
             raise ProgramError(f"gripper force {force} is outside 0..1 (a part of the full force)")
         self._link.request(GripperRequest(opens, force))
-        self._link.run_until(self._link.jaw_rests)
+        self._link.wait(JawAtRest())
 
 
 class Arm:
@@ -152,7 +118,7 @@ class Arm:
                 list(equation.left),
                 list(equation.right),
                 tool.names[0] if tool is not None else None,
-                configuration,
+                configuration=configuration,
             )
         )
         return name
@@ -163,7 +129,7 @@ class Arm:
         *,
         segment_time: float,
         acceleration_time: float,
-        interpolation: str = "joint",
+        interpolation: Literal["joint", "cartesian"] = "joint",
     ) -> str:
         """Define how a segment is moved.
 
@@ -173,7 +139,7 @@ class Arm:
             acceleration_time: t_acc, s: a transition takes twice that.
             interpolation: ``"joint"`` or ``"cartesian"``.
         """
-        self._request(ModeMessage(name, interpolation, segment_time, acceleration_time))
+        self._request(ModeMessage(name, interpolation, acceleration_time, segment_time))
         return name
 
     def move(self, position: str, mode: str) -> int:
@@ -182,7 +148,7 @@ class Arm:
         Raises:
             MoveError: the move breaks a rule, or the arm cannot make it.
         """
-        self._moves = self._request(MoveRequest(position, mode))
+        self._moves = self._request(MoveRequest(position, mode)).sequence
         return self._moves
 
     def wait(self, sequence: int | None = None) -> None:
@@ -201,12 +167,12 @@ class Arm:
                 f"wait for move {sequence}: {self._moves} moves have been asked for; "
                 f"give a number that move() returned"
             )
-        link.run_until(link.at_rest if sequence is None else lambda: link.is_over(sequence))
+        link.wait(AtRest() if sequence is None else MoveOver(sequence))
 
     def sleep(self, seconds: float) -> None:
         """Let the arm go on for a time of its own clock."""
-        until = self._link.cycle() + round(seconds / self._link.period_s())
-        self._link.run_until(lambda: self._link.cycle() >= until)
+        status = self._link.status()
+        self._link.wait(CycleReached(status.cycle + round(seconds / status.period)))
 
     def stop(self) -> None:
         """Bring the arm to rest on its path, forget the moves that wait, and wait for rest."""
@@ -216,14 +182,14 @@ class Arm:
     @property
     def joints(self) -> tuple[float, ...]:
         """Measured joint angles, rad (6)."""
-        return self._link.joints()
+        return self._link.status().joints
 
     @property
     def pose(self) -> Transform:
         """Measured T6."""
-        return self._link.t6()
+        return Transform(*self._link.status().t6)
 
-    def _request(self, message: Message) -> int:
+    def _request(self, message: ArmRequest) -> Answer:
         """Check a message as if it had come over a link, and hand it over."""
         try:
             checked = msgspec.convert(msgspec.to_builtins(message), type=type(message))

@@ -1,6 +1,7 @@
 """Motion: what programs ask for, and the set-point of the next cycle, checked before it is sent."""
 
 from collections.abc import Sequence
+from typing import Final
 
 from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, MoveError, ProgramError
@@ -10,6 +11,7 @@ from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.world import WorldModel
 from rfms_can.messages import (
+    Answer,
     Message,
     ModeMessage,
     MoveRequest,
@@ -20,6 +22,8 @@ from rfms_can.messages import (
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.wire.vocabulary import Blend
 
+NOTED: Final = Answer()
+"""The answer to what has no more to say."""
 WRIST_MARGIN = 1e-3
 """|sin theta5| under which an arm is not enabled: nodes could not tell theta4 from theta6."""
 
@@ -31,6 +35,7 @@ class Motion:
         generator: the supervisor's half of the trajectory generator.
         commanded: the commanded trajectory, in double precision.
         world: symbol tables.
+        comply: directions the program has asked to comply in.
     """
 
     def __init__(self, arm: Arm, period_s: float, blend: Blend) -> None:
@@ -40,6 +45,7 @@ class Motion:
         self.generator = TrajectoryGenerator(period_s, blend, self.commanded.admit)
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True))
+        self.comply = ""
 
     def enable(self, q: Sequence[float]) -> None:
         """Hold where the encoders say the arm is (rad); moves start from there.
@@ -59,8 +65,8 @@ class Motion:
         self.generator.enable(direct(arm, q), configuration)
         self.commanded.reset(q)
 
-    def handle(self, message: Message) -> int:
-        """Do what a program asks; a move's answer is its sequence number, others answer 0.
+    def handle(self, message: Message) -> Answer:
+        """Do what a program asks.
 
         Raises:
             ProgramError: the request is refused; nothing has changed.
@@ -78,9 +84,9 @@ class Motion:
                 self.generator.stop()
             case _:
                 raise ProgramError(f"{type(message).__name__} is no request for motion")
-        return 0
+        return NOTED
 
-    def _move(self, request: MoveRequest) -> int:
+    def _move(self, request: MoveRequest) -> Answer:
         position = self.world.position(request.position)
         mode = self.world.mode(request.mode)
         sequence = self._sequence + 1
@@ -97,7 +103,7 @@ class Motion:
         except (MoveError, KinematicsError) as error:
             raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error
         self._sequence = sequence
-        return sequence
+        return Answer(sequence, segment_time=move.segment_ticks * self._period)
 
     def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
         """The set-point of the next cycle, and why it must not be sent, or None."""

@@ -13,11 +13,12 @@ from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, ProgramError
 from rfms_can.frame import Frame
 from rfms_can.master.listener import Listener
-from rfms_can.master.motion import Motion
+from rfms_can.master.motion import NOTED, Motion
 from rfms_can.master.phases import BUS_STATES, CYCLING, Phase, PhaseEvent, next_phase
 from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.master.statistics import RunStatistics
-from rfms_can.messages import GripperRequest, Message
+from rfms_can.master.stillness import Stillness
+from rfms_can.messages import Answer, GripperRequest, Message
 from rfms_can.node import NOTHING
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.wire import HEARTBEAT_EVERY, Wire
@@ -37,6 +38,7 @@ class Supervisor(Listener):
         fault: why the run was halted, or None; latched.
         motion: programs' moves and the trajectory generator.
         statistics: numbers of the run.
+        stillness: for how long arm and jaw have stood still.
     """
 
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
@@ -46,6 +48,7 @@ class Supervisor(Listener):
         self.fault: str | None = None
         self.motion = Motion(arm, period_s, settings.blend)
         self.statistics = RunStatistics(period_s)
+        self.stillness = Stillness(arm)
         self._lockstep = settings.clock is Clock.LOCKSTEP
         self._deadline_ns: int | None = 0
         self._setpoint: CartesianSetpoint | None = None
@@ -66,7 +69,7 @@ class Supervisor(Listener):
         if self.phase not in CYCLING:  # no node drives yet
             self.phase, self._deadline_ns = next_phase(self.phase, PhaseEvent.STOP), None
 
-    def handle(self, message: Message) -> int:
+    def handle(self, message: Message) -> Answer:
         """Do what a program asks; see ``Motion.handle``.
 
         Raises:
@@ -79,8 +82,12 @@ class Supervisor(Listener):
         if isinstance(message, GripperRequest):
             opens = GripperCommand.OPEN if message.opens else GripperCommand.CLOSE
             self._gripper_asked = (opens, round(message.part * 200.0) / 2.0)
-            return 0
-        return self.motion.handle(message)
+            self.stillness.jaw_commanded()
+            return NOTED
+        answer = self.motion.handle(message)
+        if answer.sequence:
+            self.stillness.arm_commanded()
+        return answer
 
     # --- time ---------------------------------------------------------------------------------
 
@@ -140,6 +147,7 @@ class Supervisor(Listener):
     def _close(self) -> None:
         """All have answered, or their time is over: change phase, make the next set-point."""
         self.closed += 1
+        self.stillness.watch(self.arm_state)
         _AT_CLOSE[self.phase](self)
         self.broadcast.gripper = self._gripper_asked
         if not self._lockstep or self._deadline_ns is None:

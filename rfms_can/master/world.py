@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import TypeVar
 
-from rfms_can.errors import EquationError, KinematicsError, ProgramError
+from rfms_can.errors import EquationError, KinematicsError, ModeError, ProgramError
 from rfms_can.kinematics import Configuration
-from rfms_can.master.trajectory.segment import FixedGoal
+from rfms_can.master.trajectory.goal import FixedGoal
 from rfms_can.messages import T6, ModeMessage, PositionMessage, TransformMessage
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Mode
@@ -92,19 +92,15 @@ class WorldModel:
         """Enter a mode.
 
         Raises:
-            ProgramError: an unknown interpolation, or a second definition.
+            ProgramError: no segment time, or a second definition.
         """
         if message.name in self._modes:
             raise ProgramError(f"mode {message.name!r} is defined already; use another name")
-        kinds = {mode.name.lower(): mode for mode in Mode}
-        if message.interpolation not in kinds:
-            raise ProgramError(
-                f"mode {message.name!r}: interpolation {message.interpolation!r} does not exist; "
-                f"there are: {', '.join(kinds)}"
-            )
+        if message.segment_time is None:
+            raise ModeError(f"mode {message.name!r}: give a segment time")
         self._modes[message.name] = MotionMode(
             message.name,
-            kinds[message.interpolation],
+            Mode[message.interpolation.upper()],
             message.segment_time,
             message.acceleration_time,
         )

@@ -2,18 +2,13 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Final
 
 from rfms_can.errors import FaultError
-from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
+from rfms_can.master.report import holds, status_of
 from rfms_can.master.supervisor import Supervisor
-from rfms_can.messages import GripperRequest, Message, MoveRequest
+from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status
 from rfms_can.rig.realtime import ThreadedPump
-from rfms_can.transform import Transform
-
-STILL_CYCLES: Final = 12
-"""Cycles without a count from an encoder that mean its axis stands still."""
 
 Pump = Callable[[Callable[[], bool]], None]
 """Runs the bus until a condition holds; asks it after every event."""
@@ -41,10 +36,6 @@ class DirectLink:
         self._on_cycle = on_cycle
         self._interrupted = interrupted
         self._closed = supervisor.closed
-        self._counts_per_rad = [abs(d.counts_per_radian) for d in supervisor.arm.drives]
-        self._q = list(supervisor.arm_state.q)
-        self._jaw_counts = 0
-        self._still = self._jaw_still = 0
 
     def pass_time(
         self, condition: Callable[[], bool], ended: Callable[[], bool] = lambda: False
@@ -64,7 +55,6 @@ class DirectLink:
                 return ended()  # nothing a condition may ask about changes within a cycle
             if supervisor.closed != self._closed:
                 self._closed = supervisor.closed
-                self._watch_stillness()
                 self._on_cycle()
             return condition() or ended()
 
@@ -84,56 +74,19 @@ class DirectLink:
         if self._interrupted():
             raise KeyboardInterrupt
 
-    def request(self, message: Message) -> int:
+    def wait(self, *any_of: AnyCondition) -> None:
+        """Let time go on until one of some conditions holds; see ``run_until``."""
+        supervisor = self._supervisor
+        self.run_until(lambda: any(holds(supervisor, condition) for condition in any_of))
+
+    def request(self, message: ArmRequest) -> Answer:
         """Hand a message to the supervisor; in real time in the thread that runs it."""
         handle = partial(self._supervisor.handle, message)
-        answer = self._pump.do(handle) if isinstance(self._pump, ThreadedPump) else handle()
-        if isinstance(message, GripperRequest):
-            self._jaw_still = 0
-        elif isinstance(message, MoveRequest):
-            self._still = 0
-        return answer
+        return self._pump.do(handle) if isinstance(self._pump, ThreadedPump) else handle()
 
-    def _watch_stillness(self) -> None:
-        """Count the cycles for which arm and jaw have not moved by more than a count."""
-        state = self._supervisor.arm_state
-        still = all(
-            abs(q - before) * scale < 1.5
-            for q, before, scale in zip(state.q, self._q, self._counts_per_rad, strict=True)
-        )
-        self._still = self._still + 1 if still else 0
-        self._q[:] = state.q
-        jaw_still = abs(state.jaw_counts - self._jaw_counts) <= 1
-        self._jaw_still = self._jaw_still + 1 if jaw_still else 0
-        self._jaw_counts = state.jaw_counts
-
-    def is_over(self, sequence: int) -> bool:
-        """Whether a move is complete."""
-        return self._supervisor.motion.is_over(sequence)
-
-    def at_rest(self) -> bool:
-        """Whether no move is under way or waits, and the arm stands still."""
-        return self._still >= STILL_CYCLES and self._supervisor.motion.at_rest
-
-    def jaw_rests(self) -> bool:
-        """Whether the jaw has not moved for a while."""
-        return self._jaw_still >= STILL_CYCLES
-
-    def cycle(self) -> int:
-        """Control cycles since the arm was enabled."""
-        return self._supervisor.statistics.cycles
-
-    def period_s(self) -> float:
-        """Control period, s."""
-        return self._supervisor.settings.period_ns * 1e-9
-
-    def joints(self) -> tuple[float, ...]:
-        """Measured joint angles, rad (6)."""
-        return tuple(self._supervisor.arm_state.q)
-
-    def t6(self) -> Transform:
-        """Measured T6."""
-        return direct(self._supervisor.arm, self._supervisor.arm_state.q)
+    def status(self) -> Status:
+        """The arm's state, as of the last closed cycle."""
+        return status_of(self._supervisor)
 
     @property
     def running(self) -> bool:

@@ -12,9 +12,10 @@ from typing import Protocol
 from rfms_can.coordinator import Arm
 from rfms_can.errors import FaultError
 from rfms_can.master.phases import Phase
+from rfms_can.master.report import holds
 from rfms_can.master.settings import Clock
 from rfms_can.master.supervisor import Supervisor
-from rfms_can.messages import StopRequest
+from rfms_can.messages import AtRest, StopRequest
 from rfms_can.rig.link import DirectLink
 from rfms_can.rig.realtime import ThreadedPump
 from rfms_can.rig.result import RunResult, discarded_frames, joint_results
@@ -109,7 +110,7 @@ class Session:
         try:
             self.bring_up()
             program(Arm(self.link))
-            self.link.run_until(self.link.at_rest)
+            self.link.wait(AtRest())
         except FaultError:
             self._coast(HALT_CYCLES)
             raise
@@ -134,7 +135,10 @@ class Session:
         """A program failed: controlled stop along the path before the arm is braked."""
         if self.link.running:
             self.link.request(StopRequest())
-            self.link.pass_time(lambda: self.link.at_rest() or self.supervisor.fault is not None)
+            at_rest = AtRest()
+            self.link.pass_time(
+                lambda: holds(self.supervisor, at_rest) or self.supervisor.fault is not None
+            )
 
     def _coast(self, cycles: int) -> None:
         """Let a halted arm come to rest; not for long on a bus that does not answer."""

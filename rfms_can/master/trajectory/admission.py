@@ -4,6 +4,7 @@ from math import pi
 from typing import Final
 
 from rfms_can.errors import MoveError
+from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.segment import Move
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
@@ -69,7 +70,9 @@ def check_path(before: Move, move: Move, tick: int) -> None:
             f"'{before.configuration}' to '{move.configuration}': move in joint mode first"
         )
     goal = move.target
-    drive = DriveTransform.between(goal.left(tick), before.target.pose(tick), goal.right(tick))
+    start = Moment(tick, 0.0)
+    origin = before.target.pose(Moment(tick))
+    drive = DriveTransform.between(goal.left(start), origin, goal.right(start))
     if not drive.psi <= MAX_ROTATION:
         raise MoveError(
             f"{name}: a Cartesian rotation of {drive.psi:.4g} rad exceeds 0.8 pi = "

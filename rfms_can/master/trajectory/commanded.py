@@ -6,6 +6,7 @@ from typing import Final, Protocol
 
 from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.kinematics import Geometry, InverseKinematics, Joints
+from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.segment import Move, Segment
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.wire.vocabulary import Mode
@@ -102,12 +103,13 @@ class CommandedTrajectory:
             KinematicsError: the goal, or a pose on a Cartesian path, has no solution.
             MoveError: a joint would run faster than it may; the message gives the time it needs.
         """
-        origin = before.target.pose(tick)
+        origin = before.target.pose(Moment(tick))
         q = self._solve(origin, before.configuration, self.theta)
-        segment = Segment.towards(move, origin, tick)
+        segment = Segment.towards(move, origin, Moment(tick, 0.0))
         samples = 1 if move.mode is Mode.JOINT else PATH_SAMPLES
         for sample in range(1, samples + 1):
-            pose = segment.pose(tick, 1.0 - sample / samples)
+            h = sample / samples
+            pose = segment.pose(Moment(tick, h), 1.0 - h)
             ahead = self._solve(pose, move.configuration, q)
             self._check_speed(q, ahead, samples, move)
             q = ahead

@@ -163,6 +163,16 @@ class TrajectoryGenerator:
         """Moves in the queue."""
         return len(self._queue)
 
+    @property
+    def sequence(self) -> int:
+        """Number of the move under way; 0 before the first."""
+        return self._run.segment.move.sequence
+
+    @property
+    def feed(self) -> float:
+        """Part of the modes' speed it runs at."""
+        return 1.0
+
     def tick(self) -> CartesianSetpoint:
         """The set-point of the next cycle.
 

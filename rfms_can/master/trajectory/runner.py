@@ -3,6 +3,7 @@
 from typing import Final
 
 from rfms_can.kinematics import Configuration
+from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.segment import Move, Segment
 from rfms_can.master.trajectory.states import ON_THE_WIRE, Stage
 from rfms_can.setpoint import CartesianSetpoint
@@ -73,7 +74,7 @@ class SegmentRunner:
         if move is None:
             self.next = self.segment.to_rest()
         else:
-            self.next = Segment.towards(move, left.target.pose(tick), tick)
+            self.next = Segment.towards(move, left.target.pose(Moment(tick)), Moment(tick, 0.0))
         self.watched = 0
         self.hand_over = left.segment_ticks - self.next.move.acceleration_ticks
 
@@ -92,9 +93,9 @@ class SegmentRunner:
         self.n, self.h = -move.acceleration_ticks, 0.0
         self._acceleration_time = move.acceleration_ticks * self._period
         if segment.drive is not None:
-            pose, goal = segment.pose(tick, 1.0), None
+            pose, goal = segment.pose(Moment(tick, 0.0), 1.0), None
         else:
-            pose, goal = left.target.pose(tick), move.target.pose(tick)
+            pose, goal = left.target.pose(Moment(tick)), move.target.pose(Moment(tick, 0.0))
         return self._setpoint(Stage.START, pose, left.configuration, goal, 0.0)
 
     def blend(self, tick: int) -> CartesianSetpoint:
@@ -136,14 +137,14 @@ class SegmentRunner:
         if self.next is None:
             return None
         self.watched += 1
-        return self.next.pose(tick, 1.0)
+        return self.next.pose(Moment(tick, 0.0), 1.0)
 
     def _along(
         self, stage: Stage, tick: int, p: float, second: Transform | None = None
     ) -> CartesianSetpoint:
         """The set-point on this segment's path at h."""
         segment = self.segment
-        pose = segment.pose(tick, 1.0 - self.h)
+        pose = segment.pose(Moment(tick, self.h), 1.0 - self.h)
         return self._setpoint(stage, pose, segment.move.configuration, second, p)
 
     def _setpoint(

@@ -1,57 +1,12 @@
-"""Moves as they are requested, goals as they are solved, and the segments the arm then runs."""
+"""Moves as they are requested, and the segments the arm then runs."""
 
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Self
 
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration
+from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.transform import DriveTransform, Transform
 from rfms_can.wire.vocabulary import Mode
-
-
-class Goal(Protocol):
-    """A position equation solved for T6 = L D(r) R (3.20), evaluated at the tick of a cycle.
-
-    D stands immediately left of the inverse tool, so that the tool's origin runs straight. Ticks
-    count from the first enable.
-    """
-
-    @property
-    def constant(self) -> bool:
-        """Whether all transforms are of type value: the same at every tick, and cached."""
-
-    def left(self, tick: int) -> Transform:
-        """L: what stands left of the drive transform."""
-
-    def right(self, tick: int) -> Transform:
-        """R: what stands right of it."""
-
-    def pose(self, tick: int) -> Transform:
-        """L R: T6 at the goal."""
-
-
-class FixedGoal:
-    """A goal that never moves: T6 W(tool) = ``target``, L = ``target``, R = ``tool``^-1."""
-
-    __slots__ = ("_left", "_pose", "_right")
-
-    constant = True
-
-    def __init__(self, target: Transform, tool: Transform | None = None) -> None:
-        self._left = target
-        self._right = Transform.identity() if tool is None else tool.inverse()
-        self._pose = target if tool is None else target @ self._right
-
-    def left(self, tick: int) -> Transform:
-        """The target."""
-        return self._left
-
-    def right(self, tick: int) -> Transform:
-        """The inverse tool."""
-        return self._right
-
-    def pose(self, tick: int) -> Transform:
-        """T6 with the tool at the target."""
-        return self._pose
 
 
 class Move(NamedTuple):
@@ -88,12 +43,12 @@ class Segment(NamedTuple):
     rests: bool = False
 
     @classmethod
-    def towards(cls, move: Move, origin: Transform, tick: int) -> Self:
+    def towards(cls, move: Move, origin: Transform, moment: Moment) -> Self:
         """The segment of ``move`` from the pose ``origin`` = B, its D(1) solved now (3.22)."""
         if move.mode is Mode.JOINT:
             return cls(move)
         goal = move.target
-        return cls(move, DriveTransform.between(goal.left(tick), origin, goal.right(tick)))
+        return cls(move, DriveTransform.between(goal.left(moment), origin, goal.right(moment)))
 
     @classmethod
     def hold(cls, pose: Transform, configuration: Configuration) -> Self:
@@ -109,12 +64,12 @@ class Segment(NamedTuple):
         move = self.move._replace(mode=Mode.JOINT, segment_ticks=ticks)
         return self._replace(move=move, drive=None, rests=True)
 
-    def pose(self, tick: int, r: float) -> Transform:
+    def pose(self, moment: Moment, r: float) -> Transform:
         """T6_1: in joint mode the goal, in Cartesian mode L D(r) R."""
         goal = self.move.target
         if self.drive is None:
-            return goal.pose(tick)
-        return goal.left(tick) @ self.drive.at(r) @ goal.right(tick)
+            return goal.pose(moment)
+        return goal.left(moment) @ self.drive.at(r) @ goal.right(moment)
 
 
 def whole_ticks(duration_s: float, period_s: float) -> int:

@@ -1,0 +1,1 @@
+"""The link between coordinators and the server: ZeroMQ sockets at either end, addresses, keys."""

@@ -1,0 +1,80 @@
+"""What a coordinator and the server say to one another: typed, bounded messages (thesis VI.3).
+
+The same messages travel over a link or are handed over as they are, in one process.
+"""
+
+from rfms_can.messages.base import MAX_BYTES, T6, Message, Rigid, Vector3, Vector6
+from rfms_can.messages.functions import AnyFunction, Circular, Linear, Table, TableRow, Weave
+from rfms_can.messages.requests import (
+    ComplyRequest,
+    FeedRequest,
+    GripperRequest,
+    LockRequest,
+    MoveRequest,
+    PauseRequest,
+    ResumeRequest,
+    StopRequest,
+)
+from rfms_can.messages.session import (
+    Answer,
+    AnyCondition,
+    AnyRequest,
+    ArmRequest,
+    AtRest,
+    CycleReached,
+    EmergencyStop,
+    Envelope,
+    JawAtRest,
+    LeaseRequest,
+    MoveOver,
+    Query,
+    Refusal,
+    Reply,
+    Status,
+    WaitRequest,
+    WorldNames,
+)
+from rfms_can.messages.world import ModeMessage, PositionMessage, TransformMessage
+
+__all__ = [
+    "MAX_BYTES",
+    "T6",
+    "Answer",
+    "AnyCondition",
+    "AnyFunction",
+    "AnyRequest",
+    "ArmRequest",
+    "AtRest",
+    "Circular",
+    "ComplyRequest",
+    "CycleReached",
+    "EmergencyStop",
+    "Envelope",
+    "FeedRequest",
+    "GripperRequest",
+    "JawAtRest",
+    "LeaseRequest",
+    "Linear",
+    "LockRequest",
+    "Message",
+    "ModeMessage",
+    "MoveOver",
+    "MoveRequest",
+    "PauseRequest",
+    "PositionMessage",
+    "Query",
+    "Refusal",
+    "Reply",
+    "ResumeRequest",
+    "Rigid",
+    "Status",
+    "StopRequest",
+    "Table",
+    "TableRow",
+    "TransformMessage",
+    "Vector3",
+    "Vector6",
+    "WaitRequest",
+    "Weave",
+    "WorldNames",
+]

@@ -1,0 +1,25 @@
+"""What all messages share: their base, and the bounds of what they carry. SI units, radians."""
+
+from typing import Annotated, Final
+
+import msgspec
+
+T6: Final = "t6"
+"""The name every position equation uses for the arm itself."""
+
+MAX_BYTES: Final = 64 * 1024
+"""Largest message on the link, bytes; longer ones are refused before they are parsed."""
+
+Name = Annotated[str, msgspec.Meta(min_length=1, max_length=64)]
+Word = Annotated[str, msgspec.Meta(max_length=64)]
+Vector3 = tuple[float, float, float]
+Vector6 = tuple[float, float, float, float, float, float]
+Rigid = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
+"""The first three rows of a homogeneous transform, row-major; metres."""
+Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
+Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
+Part = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+
+
+class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=True):
+    """Base of all messages: immutable, typed, and without fields nobody knows."""

@@ -1,0 +1,93 @@
+"""The world model's messages: transforms, positions, modes (thesis VI.3.1)."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from rfms_can.messages.base import Message, Name, Part, Positive, Rigid, Seconds, Vector6
+from rfms_can.messages.functions import AnyFunction
+
+Kind = Literal["value", "reference", "functional"]
+
+
+class TransformMessage(Message, frozen=True, tag="TRANSFORM"):
+    """Define a transform, or redefine it; with a stamp, an observation of it.
+
+    Attributes:
+        name: its name in the world model.
+        rows: its value; of a functional transform what its function is right of.
+        kind: ``value``: positions defined from now on take the value it has then. ``reference``:
+            read anew each cycle, so that a redefinition changes the motion under way.
+            ``functional``: ``rows`` times ``function`` of the motion parameters. A transform
+            keeps its kind.
+        function: of a functional transform.
+        predict: of a reference: ``hold`` until the next observation, or go on with the
+            ``velocity`` of the last ones.
+        twist: velocity that came with the observation: of its origin, m/s, and its angular
+            velocity, rad/s, both in the frame its value is given in. Estimated from the
+            observations where it is None.
+        stamp: the server's time at which it was observed, s; now if None.
+    """
+
+    name: Name
+    rows: Rigid
+    kind: Kind = "value"
+    function: AnyFunction | None = None
+    predict: Literal["hold", "velocity"] = "hold"
+    twist: Vector6 | None = None
+    stamp: float | None = None
+
+
+class PositionMessage(Message, frozen=True, tag="POSITION"):
+    """Define a position by an equation of transforms with T6 in it exactly once.
+
+    Attributes:
+        name: its name in the world model.
+        left, right: names of the transforms on either side, in order; ``"t6"`` is the arm.
+        tool: the transform right of T6 whose frame moves along straight lines; all that stands
+            right of T6 if None.
+        compliance: the transform in whose frame the arm complies; the tool's if None.
+        configuration: e.g. ``"left up noflip"``; the arm's own when enabled if None.
+    """
+
+    name: Name
+    left: Annotated[list[Name], msgspec.Meta(max_length=16)]
+    right: Annotated[list[Name], msgspec.Meta(max_length=16)]
+    tool: Name | None = None
+    compliance: Name | None = None
+    configuration: str | None = None
+
+
+class ModeMessage(Message, frozen=True, tag="MODE"):
+    """Define how a segment is moved.
+
+    The time of a segment is given, or follows from the speeds given: the longest time any of
+    them asks for.
+
+    Attributes:
+        name: its name in the world model.
+        interpolation: ``"joint"`` or ``"cartesian"``.
+        acceleration_time: t_acc, s.
+        segment_time: t_seg, s, from goal to goal.
+        speed, angular_speed: of the tool from goal to goal, m/s and rad/s.
+        joint_speed: part of the joints' speed limits.
+        lengthen: whether a segment that breaks a speed or acceleration limit is lengthened;
+            refused otherwise.
+        transition: ``"joint"``, or ``"cartesian"`` to keep to the path in space.
+        acceleration, angular_acceleration: what a correction of a reference transform may add
+            to the motion of the tool, m/s2 and rad/s2.
+        configuration: instead of the position's.
+    """
+
+    name: Name
+    interpolation: Literal["joint", "cartesian"]
+    acceleration_time: Seconds
+    segment_time: Seconds | None = None
+    speed: Positive | None = None
+    angular_speed: Positive | None = None
+    joint_speed: Part | None = None
+    lengthen: bool = False
+    transition: Literal["joint", "cartesian"] = "joint"
+    acceleration: Positive = 1.0
+    angular_acceleration: Positive = 5.0
+    configuration: str | None = None
