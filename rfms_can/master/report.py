@@ -41,7 +41,7 @@ def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0
     period = settings.period_ns * 1e-9
     return Status(
         cycle=cycle,
-        time=cycle * period,
+        time=max(cycle - 1, 0) * period,
         period=period,
         clock=settings.clock.name.lower(),
         phase=supervisor.phase.name,

@@ -162,7 +162,8 @@ class Status(msgspec.Struct, frozen=True):
 
     Attributes:
         cycle: cycles closed since the arm was enabled.
-        time: the server's time, s: that of the cycle.
+        time: the server's time, s: of the SYNC at which the joints were sampled, 0 at the first
+            after enabling.
         period: control period, s.
         clock: ``virtual``, ``lockstep`` or ``realtime``.
         phase: of the master, e.g. ``RUN``.
