@@ -9,8 +9,7 @@ from command_line import Rfms, run_here
 from system_run import SHORT
 
 from rfms_can import __version__
-from rfms_can.cli.nodes import node_settings
-from rfms_can.cli.options import settings_from
+from rfms_can.cli.options import DEFAULT_BUS, settings_from
 from rfms_can.codec import DBC_VARIABLE, database_hash, load_database
 from rfms_can.rig.settings import RunSettings
 
@@ -184,9 +183,9 @@ def test_flags_beat_the_file_and_the_file_beats_the_defaults(directory: Path) ->
     assert settings_from(file, rate=500.0) == RunSettings(arm="puma560", rate=500.0)
     written(directory, '[run]\nbus = "socketcan:can0"\n', "rfms.toml")
     assert settings_from(None).bus == "socketcan:can0"
-    assert node_settings(None).bus == "socketcan:can0"
-    assert node_settings(None, bus="hub:b").bus == "hub:b"
-    assert node_settings(file).bus == "hub:rfms"
+    assert settings_from(None, DEFAULT_BUS).bus == "socketcan:can0"
+    assert settings_from(None, DEFAULT_BUS, bus="hub:b").bus == "hub:b"
+    assert settings_from(file, DEFAULT_BUS).bus == "hub:rfms"
 
 
 # --- buses and the wire -------------------------------------------------------------------------

@@ -3,8 +3,8 @@
 from importlib import resources
 from pathlib import Path
 
-from rfms_can.cli.options import JsonOption
-from rfms_can.cli.run import RecordOption, run_program
+from rfms_can.cli.options import JsonOption, RecordOption
+from rfms_can.cli.run import run_program
 from rfms_can.errors import ProgramError
 from rfms_can.rig.settings import RunSettings
 

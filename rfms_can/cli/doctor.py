@@ -28,12 +28,13 @@ PACKAGES: Final = {
     "pin": "pinocchio",
     "mujoco": "mujoco",
     "msgspec": "msgspec",
+    "pyzmq": "zmq",
     "typer": "typer",
     "rich": "rich",
 }
 """What a run needs: distribution and module."""
 
-OPTIONAL_PACKAGES: Final = {"matplotlib": "matplotlib"}
+OPTIONAL_PACKAGES: Final = {"matplotlib": "matplotlib", "ruckig": "ruckig"}
 OLDEST_PYTHON: Final = (3, 11)
 CAN_UTILS: Final = ("candump", "cansend", "canplayer", "cangw")
 USER_MODE_KERNEL: Final = "linux.uml"

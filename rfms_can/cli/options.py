@@ -1,11 +1,13 @@
 """Options that several verbs share, and where their values come from: flags, file, defaults."""
 
 import dataclasses
+import functools
+import inspect
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
@@ -41,6 +43,68 @@ ConfigOption = Annotated[
     Path | None, typer.Option("--config", help="TOML file with a [run] table; default rfms.toml")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="one JSON object instead of a table")]
+
+RecordOption = Annotated[
+    Path | None, typer.Option("--record", help="directory for log, settings and summary")
+]
+
+SETTINGS: Final[dict[str, Any]] = {
+    "arm": ArmOption,
+    "bus": BusOption,
+    "clock": ClockOption,
+    "rate": RateOption,
+    "friction": FrictionOption,
+    "servo_friction": ServoFrictionOption,
+    "blend": BlendOption,
+    "barrier": BarrierOption,
+    "patience": PatienceOption,
+    "seed": SeedOption,
+}
+"""The flag of each setting."""
+
+DEFAULT_BUS: Final = MappingProxyType({"bus": "hub:rfms"})
+"""Where processes meet if nobody says where."""
+
+Verb = Callable[..., None]
+
+
+def takes_settings(
+    *names: str, defaults: Mapping[str, Any] = MappingProxyType({})
+) -> Callable[[Verb], Verb]:
+    """Give a verb the flags of some settings, and ``--config``; it is called with ``settings``.
+
+    Args:
+        names: of the settings; all of them if none is given.
+        defaults: of this verb, where they are not those of ``RunSettings``.
+    """
+    flags = names or tuple(SETTINGS)
+
+    def decorate(verb: Verb) -> Verb:
+        hints = get_type_hints(verb, include_extras=True)
+        own = [p for p in inspect.signature(verb).parameters.values() if p.name != "settings"]
+        shared = {**{name: SETTINGS[name] for name in flags}, "config": ConfigOption}
+        added = [_flag(name, option) for name, option in shared.items()]
+
+        @functools.wraps(verb)
+        def with_flags(*args: Any, **values: Any) -> None:
+            given = {name: values.pop(name, None) for name in flags}
+            settings = settings_from(values.pop("config", None), defaults, **given)
+            verb(*args, settings=settings, **values)
+
+        first = [p for p in own if p.default is inspect.Parameter.empty]
+        rest = [p for p in own if p.default is not inspect.Parameter.empty]
+        vars(with_flags)["__signature__"] = inspect.Signature([*first, *added, *rest])
+        with_flags.__annotations__ = {
+            name: hint for name, hint in hints.items() if name != "settings"
+        } | shared
+        return with_flags
+
+    return decorate
+
+
+def _flag(name: str, option: Any) -> inspect.Parameter:
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+    return inspect.Parameter(name, kind, default=None, annotation=option)
 
 
 def settings_from(

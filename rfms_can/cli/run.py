@@ -8,21 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rfms_can.cli.options import (
-    ArmOption,
-    BarrierOption,
-    BlendOption,
-    BusOption,
-    ClockOption,
-    ConfigOption,
-    FrictionOption,
-    JsonOption,
-    PatienceOption,
-    RateOption,
-    SeedOption,
-    ServoFrictionOption,
-    settings_from,
-)
+from rfms_can.cli.options import JsonOption, RecordOption, takes_settings
 from rfms_can.cli.report import print_result, progress_line
 from rfms_can.rig.interrupt import signals_noted
 from rfms_can.rig.realtime import be_on_time
@@ -31,26 +17,16 @@ from rfms_can.rig.settings import RunSettings
 if TYPE_CHECKING:
     from rfms_can.rig.session import Rig
 
-RecordOption = Annotated[
-    Path | None, typer.Option("--record", help="directory for log, settings and summary")
-]
 FifoOption = Annotated[int | None, typer.Option("--fifo", help="SCHED_FIFO priority, 1 to 99")]
 CpuOption = Annotated[int | None, typer.Option("--cpu", help="run the master on this CPU alone")]
 LockOption = Annotated[bool, typer.Option("--mlockall", help="lock the master's memory")]
 
 
+@takes_settings()
 def run(
     program: Annotated[Path, typer.Argument(help="Python file with a function program(arm)")],
-    arm: ArmOption = None,
-    bus: BusOption = None,
-    clock: ClockOption = None,
-    rate: RateOption = None,
-    friction: FrictionOption = None,
-    servo_friction: ServoFrictionOption = None,
-    blend: BlendOption = None,
-    barrier: BarrierOption = None,
-    patience: PatienceOption = None,
-    seed: SeedOption = None,
+    *,
+    settings: RunSettings,
     attach: Annotated[
         bool, typer.Option("--attach", help="the other nodes are on the bus already")
     ] = False,
@@ -58,23 +34,9 @@ def run(
     fifo: FifoOption = None,
     cpu: CpuOption = None,
     mlockall: LockOption = False,
-    config: ConfigOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run a program: on the simulated bus in this process, or as nine processes on a real one."""
-    settings = settings_from(
-        config,
-        arm=arm,
-        bus=bus,
-        clock=clock,
-        rate=rate,
-        friction=friction,
-        servo_friction=servo_friction,
-        blend=blend,
-        barrier=barrier,
-        patience=patience,
-        seed=seed,
-    )
     run_program(
         program,
         settings,

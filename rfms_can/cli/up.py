@@ -10,23 +10,9 @@ import typer
 from rich.live import Live
 from rich.table import Table
 
-from rfms_can.cli.nodes import node_settings, stop_on_signals
-from rfms_can.cli.options import (
-    ArmOption,
-    BarrierOption,
-    BlendOption,
-    BusOption,
-    ClockOption,
-    ConfigOption,
-    FrictionOption,
-    JsonOption,
-    PatienceOption,
-    RateOption,
-    SeedOption,
-    ServoFrictionOption,
-)
+from rfms_can.cli.nodes import stop_on_signals
+from rfms_can.cli.options import DEFAULT_BUS, JsonOption, RecordOption, takes_settings
 from rfms_can.cli.report import console
-from rfms_can.cli.run import RecordOption
 from rfms_can.errors import BusError, RfmsError
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import MASTER, NODE_NAMES
@@ -37,20 +23,13 @@ if TYPE_CHECKING:
 LOOK_S = 0.25
 
 
+@takes_settings(defaults=DEFAULT_BUS)
 def up(
     program: Annotated[
         Path | None, typer.Argument(help="what the master runs; without one it waits, braked")
     ] = None,
-    arm: ArmOption = None,
-    bus: BusOption = None,
-    clock: ClockOption = None,
-    rate: RateOption = None,
-    friction: FrictionOption = None,
-    servo_friction: ServoFrictionOption = None,
-    blend: BlendOption = None,
-    barrier: BarrierOption = None,
-    patience: PatienceOption = None,
-    seed: SeedOption = None,
+    *,
+    settings: RunSettings,
     without: Annotated[
         str, typer.Option("--without", help="nodes that come from elsewhere, e.g. 3 or 3,8")
     ] = "",
@@ -58,23 +37,9 @@ def up(
         bool, typer.Option("--keep-going", help="when one dies, leave the others")
     ] = False,
     record: RecordOption = None,
-    config: ConfigOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Start master, six joints, gripper and plant; stop all on Ctrl-C or when one dies."""
-    settings = node_settings(
-        config,
-        arm=arm,
-        bus=bus,
-        clock=clock,
-        rate=rate,
-        friction=friction,
-        servo_friction=servo_friction,
-        blend=blend,
-        barrier=barrier,
-        patience=patience,
-        seed=seed,
-    )
     _watch(settings, program, record, _numbers(without), keep_going, as_json)
 
 
