@@ -9,11 +9,11 @@ from pathlib import Path
 import can
 import pytest
 
-from rfms_can.bus.hub import Hub
-from rfms_can.bus.hub_address import LOCK_FILE, SOCKET_FILE, hub_directory, live_hubs
-from rfms_can.bus.hub_client import MAX_BACKLOG
-from rfms_can.bus.hub_plugin import HubBus
-from rfms_can.bus.hub_port import HubPort
+from rfms_can.bus.hub.address import LOCK_FILE, SOCKET_FILE, hub_directory, live_hubs
+from rfms_can.bus.hub.client import MAX_BACKLOG
+from rfms_can.bus.hub.plugin import HubBus
+from rfms_can.bus.hub.port import HubPort
+from rfms_can.bus.hub.server import Hub
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
 from rfms_can.frame import Frame

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from bus_nodes import Listener, Responder, Talker
 
-from rfms_can.bus.hub_port import HubPort
+from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.node_driver import MAX_FRAMES_BEFORE_TIMER, NodeDriver, run_node
 from rfms_can.bus.port import LONGEST_WAIT_S
 from rfms_can.errors import BusError

@@ -11,7 +11,7 @@ from typing import Any, Final
 import can
 
 from rfms_can.bus.filters import cover
-from rfms_can.bus.hub_port import HubPort
+from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.node_driver import NodeDriver, run_node
 from rfms_can.bus.port import LONGEST_WAIT_S, OnForeign, Port
 from rfms_can.bus.socketcan_port import SocketCanPort

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from rfms_can.bus.hub import Hub, serve
+from rfms_can.bus.hub.server import Hub, serve
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import BusTiming
 

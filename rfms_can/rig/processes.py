@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Final
 
 from rfms_can.bus.driver import open_port
-from rfms_can.bus.hub import serve
-from rfms_can.bus.hub_address import live_hubs
+from rfms_can.bus.hub.address import live_hubs
+from rfms_can.bus.hub.server import serve
 from rfms_can.bus.node_driver import NodeDriver, run_node
 from rfms_can.bus.port import Port
 from rfms_can.bus.timing import BusTiming

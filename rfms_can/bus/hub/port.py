@@ -11,8 +11,8 @@ from typing import Final
 import msgspec
 
 from rfms_can.bus.canfd_struct import CANFD_BYTES, pack_canfd, unpack_canfd
-from rfms_can.bus.hub_address import SOCKET_FILE, hub_directory, live_hubs
-from rfms_can.bus.hub_protocol import MAX_FRAMES_PER_PACKET, MAX_PACKET_BYTES, Hello, Welcome
+from rfms_can.bus.hub.address import SOCKET_FILE, hub_directory, live_hubs
+from rfms_can.bus.hub.protocol import MAX_FRAMES_PER_PACKET, MAX_PACKET_BYTES, Hello, Welcome
 from rfms_can.bus.port import OnForeign, receive, set_time_limits
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError

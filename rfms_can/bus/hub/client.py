@@ -4,7 +4,7 @@ import socket
 from collections import deque
 from typing import Final
 
-from rfms_can.bus.hub_protocol import MAX_FRAMES_PER_PACKET
+from rfms_can.bus.hub.protocol import MAX_FRAMES_PER_PACKET
 
 MAX_BACKLOG: Final = 1024
 """Frames the hub keeps for a client that does not read, beyond what its socket holds."""

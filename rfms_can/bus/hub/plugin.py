@@ -12,8 +12,8 @@ from typing import Any
 import can
 from can.typechecking import AutoDetectedConfig, CanFilters
 
-from rfms_can.bus.hub_address import live_hubs
-from rfms_can.bus.hub_port import HubPort
+from rfms_can.bus.hub.address import live_hubs
+from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.port import LONGEST_WAIT_S
 from rfms_can.errors import BusError, FrameError
 from rfms_can.frame import Frame

@@ -21,9 +21,9 @@ from typing import Final
 import msgspec
 
 from rfms_can.bus.canfd_struct import CANFD_BYTES, CANFD_STRUCT, FD_FORMAT
-from rfms_can.bus.hub_address import claim, release
-from rfms_can.bus.hub_client import HubClient
-from rfms_can.bus.hub_protocol import MAX_HELLO_BYTES, MAX_PACKET_BYTES, VERSION, Hello, Welcome
+from rfms_can.bus.hub.address import claim, release
+from rfms_can.bus.hub.client import HubClient
+from rfms_can.bus.hub.protocol import MAX_HELLO_BYTES, MAX_PACKET_BYTES, VERSION, Hello, Welcome
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
