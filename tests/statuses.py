@@ -22,6 +22,7 @@ AT_REST = Status(
     waiting=0,
     at_rest=True,
     jaw_at_rest=True,
+    jaw=0.08,
     feed=1.0,
     comply="",
     lease=None,

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from rfms_can.arm import Gripper
 from rfms_can.encoder import EncoderReference
 from rfms_can.wire import JOINTS
 from rfms_can.wire.records import Measure, Reference
@@ -18,6 +19,7 @@ class ArmState:
         q: joint angles, rad, at the last SYNC (6).
         braked: which joints the plant holds (6).
         jaw_counts: encoder of the gripper's jaw.
+        open_counts: the same with the jaw at its open end, where homing leaves it.
     """
 
     def __init__(self, parameters: Mapping[int, Mapping[Parameter, float]]) -> None:
@@ -26,6 +28,7 @@ class ArmState:
         self.q = [0.0] * len(JOINTS)
         self.braked = [True] * len(JOINTS)
         self.jaw_counts = 0
+        self.open_counts = 0
 
     def measure(self, joint: int, measure: Measure) -> None:
         """Take MEASURE of joint 1 to 6."""
@@ -46,6 +49,10 @@ class ArmState:
             self.q[index] = encoder.angle(measure.counts)
         else:
             self.q[index] = encoder.coarse_angle(reference.coarse_adc)
+
+    def jaw_opening(self, gripper: Gripper) -> float:
+        """Opening of the jaw, m, once ``open_counts`` are known."""
+        return gripper.stroke + (self.jaw_counts - self.open_counts) / gripper.counts_per_metre
 
     @property
     def referenced(self) -> bool:

@@ -54,6 +54,7 @@ def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0
         waiting=generator.waiting,
         at_rest=supervisor.stillness.arm and motion.at_rest,
         jaw_at_rest=supervisor.stillness.jaw,
+        jaw=state.jaw_opening(supervisor.arm.gripper),
         feed=generator.feed,
         comply=motion.comply,
         lease=lease,

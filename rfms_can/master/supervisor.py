@@ -217,6 +217,7 @@ class Supervisor(Listener):
         except KinematicsError as error:
             self._halt(str(error))
             return
+        self.arm_state.open_counts = self.arm_state.jaw_counts  # homing has left it there
         self.phase = next_phase(self.phase, PhaseEvent.START)
         self._out.append(self.broadcast.command(Command.START))
         self._restart_counters()

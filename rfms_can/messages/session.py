@@ -176,6 +176,7 @@ class Status(msgspec.Struct, frozen=True):
         waiting: moves in the queue.
         at_rest: whether no move is under way or waits, and the arm stands still.
         jaw_at_rest: whether the jaw stands still.
+        jaw: its opening, m: on a part the part's width.
         feed: part of the modes' speed it runs at now, 0 when paused.
         comply: directions the program has asked to comply in.
         lease: who holds it, or None.
@@ -197,6 +198,7 @@ class Status(msgspec.Struct, frozen=True):
     waiting: int
     at_rest: bool
     jaw_at_rest: bool
+    jaw: float
     feed: float
     comply: str
     lease: str | None
