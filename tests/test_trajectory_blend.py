@@ -95,7 +95,8 @@ def test_float32_noise_stays_below_what_the_docstring_promises() -> None:
 
 
 def test_the_window_is_half_the_acceleration_time_within_bounds() -> None:
-    assert [window_for(ticks) for ticks in (1, 20, 40, 64, 500)] == [10, 10, 20, 32, 32]
+    assert [window_for(ticks) for ticks in (1, 20, 40, 64, 256)] == [10, 10, 20, 32, 32]
+    assert window_for(257) == LONGEST
 
 
 def test_a_missing_sample_is_filled_in_evenly() -> None:

@@ -9,8 +9,9 @@ from trajectory_rig import HOME, LEFT_DOWN, TAU, TOOL, Rig
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError, RfmsError
 from rfms_can.kinematics import Configuration, direct
-from rfms_can.master.trajectory.generator import MAX_QUEUE, TrajectoryGenerator
+from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.goal import FixedGoal
+from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.trajectory.states import TRANSITIONS, Event, Stage, following
 from rfms_can.setpoint.history import window_for

@@ -196,11 +196,21 @@ def test_a_state_that_cannot_follow_is_refused(
         assert joint.advance(setpoint(step, second=True), 0.5, 0.5) == approx(0.5)
     before = everything(joint)
     theta = joint.advance(setpoint(state, second=True), 0.5, 0.5)
-    if last in FOLLOWS[state]:
+    if last in FOLLOWS[state] and (last, state) != (IDLE, LINEAR):
         assert theta == approx(0.5)
     else:
         assert math.isnan(theta)
         assert everything(joint) == before
+
+
+@pytest.mark.parametrize(("mode", "p"), list(itertools.product(Mode, (0.0, 0.1))))
+def test_straight_from_rest_only_a_cartesian_transition_begins(mode: Mode, p: float) -> None:
+    joint = at_goal(0.5)
+    theta = joint.advance(setpoint(LINEAR, r=0.9, p=p)._replace(mode=mode), 0.6)
+    if mode is Mode.CARTESIAN and p:
+        assert theta == 0.6
+    else:
+        assert math.isnan(theta)
 
 
 def test_a_joint_move_whose_goal_was_lost_is_refused() -> None:

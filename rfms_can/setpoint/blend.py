@@ -45,6 +45,17 @@ def segment_derivatives(time: float, acceleration_time: float, segment_time: flo
     )
 
 
+def earlier(motion: Derivatives, time: float) -> Derivatives:
+    """``motion`` as it was ``time`` seconds ago, by its Taylor series."""
+    position, velocity, acceleration, jerk = motion
+    return (
+        position - time * (velocity - time * (acceleration / 2.0 - time * jerk / 6.0)),
+        velocity - time * (acceleration - time * jerk / 2.0),
+        acceleration - time * jerk,
+        jerk,
+    )
+
+
 class MatchingPolynomial(NamedTuple):
     """What is added to a new segment so that it starts as the old one was left (3.18).
 

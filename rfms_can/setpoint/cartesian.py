@@ -15,8 +15,9 @@ class CartesianSetpoint(NamedTuple):
         mode: of the segment under way; at START already the new one's.
         blend: which matching polynomial the joints use.
         r: 1 - h, 1 at the start of a segment, 0 at its goal.
-        p: position in the transition (3.14), 0 to 1.
-        acceleration_time: t_acc, s.
+        p: position in the transition (3.14), 0 to 1; also in a Cartesian one, which is LINEAR. At
+            START how far the hand-over is past already, 0 at full speed.
+        acceleration_time: t_acc, s; with a feed rate what it takes at the feed of the hand-over.
         T6_1: the pose: of the goal in joint mode, of the hand in Cartesian mode. At START the
             pose B the new segment starts from.
         configuration_1: the branch ``T6_1`` is to be solved in.
@@ -24,7 +25,7 @@ class CartesianSetpoint(NamedTuple):
             segment will have as its ``T6_1``, so that its rate is known; at START of a joint
             segment its goal C.
         configuration_2: the branch ``T6_2`` is to be solved in.
-        n: tick within the segment, -n_acc to n_seg.
+        n: local time in periods, -n_acc to n_seg: whole at full speed.
         h: the segment parameter (3.15, 3.16).
         sequence: sequence number of the move under way, 0 before the first.
     """
@@ -39,6 +40,6 @@ class CartesianSetpoint(NamedTuple):
     configuration_1: Configuration
     T6_2: Transform | None
     configuration_2: Configuration
-    n: int = 0
+    n: float = 0
     h: float = 0.0
     sequence: int = 0

@@ -20,6 +20,22 @@ Degree 4 because bias grows with the fifth power of a motion's speed and noise n
 samples bring the acceleration's noise down to that of the samples' own second difference
 (2.9e-3 rad/s2); windows of half the acceleration time, 10 to 32 samples, keep the path error
 under 1e-5 rad at t_acc = 0.2 s.
+
+A transition of twice t_acc multiplies noise of jerk by its third power, and a low feed rate makes
+t_acc long. One of more than 256 periods is matched over 128 samples, and what would still wander by
+more than 1e-4 rad rms is not matched at all (``matched_for``): jerk beyond 1400 periods,
+acceleration beyond 2800. Largest wander of a transition, rms, from 3e-8 rad of noise (the length of
+the period does not matter)::
+
+    t_acc   window      from rate   acceleration    jerk, rad
+    40      20          6e-7        1.8e-6          1.6e-6
+    200     32          1.2e-6      1.3e-5          3.8e-5
+    256     32          1.6e-6      2.3e-5          8.1e-5
+    257     128         1.9e-7      7e-7            6e-7
+    1000    128         7e-7        1.0e-5          3.6e-5
+    1400    128         9e-7        1.9e-5          1.0e-4
+    2800    128         2.0e-6      8.3e-5          (8.4e-4)
+    10000   128         7e-6        (1.0e-3)        (3.6e-2)
 """
 
 from collections import deque
@@ -34,15 +50,39 @@ from rfms_can.setpoint.blend import Derivatives
 SHORTEST: Final = 10
 """Samples a fit takes if there are as many."""
 
-LONGEST: Final = 32
-"""Samples a fit takes at most."""
+LONG: Final = 32
+"""Samples a fit takes at most, unless the transition is a slow one."""
+
+LONGEST: Final = 128
+"""Samples it takes for a slow one; or ``LONG``, if there are fewer than that."""
+
+SLOW_TICKS: Final = 256
+"""Acceleration time in periods beyond which a transition is a slow one."""
+
+JERK_TICKS: Final = 1400
+"""Acceleration time in periods beyond which an estimated jerk is worse than none."""
+
+ACCELERATION_TICKS: Final = 2800
+"""Acceleration time in periods beyond which an estimated acceleration is worse than none."""
 
 _Weights = tuple[tuple[float, ...], ...]
 
 
 def window_for(acceleration_ticks: int) -> int:
     """Samples to fit for a transition of twice ``acceleration_ticks``."""
-    return min(max(acceleration_ticks // 2, SHORTEST), LONGEST)
+    if acceleration_ticks > SLOW_TICKS:
+        return LONGEST
+    return min(max(acceleration_ticks // 2, SHORTEST), LONG)
+
+
+def matched_for(acceleration_ticks: int, difference: Derivatives) -> Derivatives:
+    """``difference`` without the orders whose noise such a transition would make a wander of."""
+    position, velocity, acceleration, jerk = difference
+    if acceleration_ticks > JERK_TICKS:
+        jerk = 0.0
+    if acceleration_ticks > ACCELERATION_TICKS:
+        acceleration = 0.0
+    return (position, velocity, acceleration, jerk)
 
 
 def _degree(count: int) -> int:
@@ -63,8 +103,9 @@ def _weights(count: int, ahead: int) -> _Weights:
     return tuple(tuple(row) for row in rows.tolist())
 
 
-_NEWEST: Final = tuple(_weights(count, 0) for count in range(1, LONGEST + 1))
-_AHEAD: Final = tuple(_weights(count, 1) for count in range(1, LONGEST + 1))
+_COUNTS: Final = (*range(1, LONG + 1), LONGEST)
+_NEWEST: Final = {count: _weights(count, 0) for count in _COUNTS}
+_AHEAD: Final = {count: _weights(count, 1) for count in _COUNTS}
 
 
 class SampleHistory:
@@ -109,13 +150,15 @@ class SampleHistory:
         """Angle and derivatives one period after the newest sample; rad and seconds."""
         return self._fit(_AHEAD, period_s, window)
 
-    def _fit(self, tables: tuple[_Weights, ...], period_s: float, window: int) -> Derivatives:
+    def _fit(self, tables: dict[int, _Weights], period_s: float, window: int) -> Derivatives:
         samples = self._samples
         last = samples[-1]
         count = min(window, len(samples))
+        if LONG < count < LONGEST:
+            count = LONG
         # Differences to the newest first: their weighted sum is exactly zero at rest.
         steps = [sample - last for sample in islice(samples, len(samples) - count, None)]
-        w0, w1, w2, w3 = tables[count - 1]
+        w0, w1, w2, w3 = tables[count]
         return (
             last + sum(map(mul, w0, steps)),
             sum(map(mul, w1, steps)) / period_s,

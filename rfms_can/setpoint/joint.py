@@ -12,36 +12,23 @@ from collections.abc import Callable
 from typing import Final
 
 from rfms_can.kinematics import Configuration
-from rfms_can.setpoint.blend import NO_MATCH, Derivatives, MatchingPolynomial
+from rfms_can.setpoint.blend import NO_MATCH, Derivatives, MatchingPolynomial, earlier
 from rfms_can.setpoint.cartesian import CartesianSetpoint
-from rfms_can.setpoint.history import SHORTEST, SampleHistory, window_for
+from rfms_can.setpoint.history import SHORTEST, SampleHistory, matched_for, window_for
+from rfms_can.setpoint.succession import may_follow
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
 Solve = Callable[[Transform, Configuration, float], float]
 """Solves one joint: pose, configuration, the angle whose turn to continue; NaN if impossible."""
 
-_STATES: Final = tuple(TrajectoryState)
 _IDLE: Final = TrajectoryState.IDLE
 _LINEAR: Final = TrajectoryState.LINEAR
-_PRE: Final = TrajectoryState.PRE
 _START: Final = TrajectoryState.START
 _BLEND: Final = TrajectoryState.BLEND
 
-FOLLOWS: Final = {
-    _IDLE: frozenset((_IDLE, _BLEND, _LINEAR)),
-    _START: frozenset((_IDLE, _PRE, _LINEAR)),
-    _BLEND: frozenset((_START, _BLEND)),
-    _LINEAR: frozenset((_BLEND, _LINEAR, _PRE)),
-    _PRE: frozenset((_BLEND, _LINEAR, _PRE)),
-}
-"""The states a set-point of each state may follow.
-
-IDLE after LINEAR ends a controlled stop; LINEAR after PRE is one that began there; START after
-LINEAR is a PRE that was lost. A BLEND whose START was lost cannot be computed and is refused.
-"""
-_MAY_FOLLOW: Final = [[last in FOLLOWS[state] for last in _STATES] for state in _STATES]
-"""``FOLLOWS`` by state and last state: an enumeration's own hash would cost a call each cycle."""
+HELD: Final = 1e-6
+"""Further than this from its base, rad, a transition is held; nearer it may end, short of p = 1."""
 
 
 class JointSetpoint:
@@ -55,14 +42,18 @@ class JointSetpoint:
     the base, not of the set-point, so a joint segment with a resting goal is left with exactly
     zero of both, and r adds its own exact rate (numbers: :mod:`rfms_can.setpoint.history`).
 
+    With a feed rate f the hand-over may fall between two cycles: START then says in p how far it
+    is past. What is matched is taken back by that time, and t_acc is 1/f of the move's, so that
+    the polynomial is the one of full speed.
+
     Attributes:
         theta: the set-point, rad.
         rate: its velocity, rad/s, without delay: the slope at the end of a cubic through four
             set-points. Error tau^3/4 of the fourth derivative; float32 noise 2.9e-5 rad/s rms at
             4 ms. Exactly zero at rest.
         acceleration: its acceleration, rad/s2, of the same cubic, without delay. Error 11/12
-            tau^2 of the fourth derivative; float32 noise 0.013 rad/s2 rms at 4 ms, a quarter of a
-            per mille of a PUMA's limit. Exactly zero at rest.
+            tau^2 of the fourth derivative; float32 noise 0.02 rad/s2 rms at 4 ms, 0.013 at 5 ms,
+            less than half a per mille of a PUMA's limit. Exactly zero at rest.
     """
 
     __slots__ = (
@@ -136,7 +127,7 @@ class JointSetpoint:
     ) -> float:
         """``tick`` with the solutions at hand, rad, on the turns of ``turn_1`` and ``turn_2``."""
         state = setpoint.state
-        if not (_MAY_FOLLOW[state][self._state] and math.isfinite(solution_1 + solution_2)):
+        if not (may_follow(setpoint, self._state) and math.isfinite(solution_1 + solution_2)):
             return math.nan
         if state is not _START:
             theta = self._along(setpoint, solution_1, solution_2)
@@ -175,6 +166,7 @@ class JointSetpoint:
                 theta += setpoint.r * self._theta_BC
             if state is _BLEND:
                 theta += self._match.at(setpoint.p)
+            if setpoint.p:
                 self._even = 0
         self._even += 1
         self._base.push(solution_1)
@@ -189,23 +181,36 @@ class JointSetpoint:
         """IDLE: the pose alone says where the joint is."""
         if not self._base:  # the encoder was only near the pose that now holds
             self._previous = theta
-        elif self._state is _LINEAR:  # stopped: what T6_1 said so far was the goal
+        elif self._is_elsewhere(theta):
             self._base.clear()
         self._theta_BC = 0.0
+
+    def _is_elsewhere(self, theta: float) -> bool:
+        """Whether the arm rests short of where its base was heading: stopped, or held."""
+        if self._state is _LINEAR:
+            return self._r != 0.0
+        base = self._base.newest
+        if self._state is _IDLE or abs(self.theta - base) <= HELD:
+            return False
+        return abs(theta - self.theta) < abs(theta - base)
 
     def _hand_over(self, setpoint: CartesianSetpoint, theta_B: float, theta_C: float) -> float:
         """START: the set-point at -t_acc, and how the old motion turns into the new one."""
         joint_mode = setpoint.mode is Mode.JOINT
-        window = window_for(round(setpoint.acceleration_time / self._period))
+        ticks = round(setpoint.acceleration_time / self._period)
+        window = window_for(ticks)
         theta, velocity, acceleration, jerk = (
             self._extrapolated() if setpoint.blend is Blend.THESIS else self._left_behind(window)
         )
         self._next.push(theta_C if joint_mode else theta_B)
         _, *rates = self._next.at_newest(self._period, window)
-        self._match = MatchingPolynomial.matching(
+        difference = matched_for(
+            ticks,
             (theta - theta_B, velocity - rates[0], acceleration - rates[1], jerk - rates[2]),
-            setpoint.acceleration_time,
         )
+        if setpoint.p:
+            difference = earlier(difference, setpoint.p * 2.0 * setpoint.acceleration_time)
+        self._match = MatchingPolynomial.matching(difference, setpoint.acceleration_time)
         self._theta_BC = theta_B - theta_C if joint_mode else 0.0
         self._base, self._next = self._next, self._base
         self._r_step = 0.0

@@ -11,29 +11,20 @@ nearer to the goal than its matching polynomial needs, and beyond a seventh of t
 a move later than that starts from rest.
 """
 
-from collections import deque
-from collections.abc import Callable
 from typing import Final
 
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration
-from rfms_can.master.trajectory.admission import check_path, check_succession, check_times
+from rfms_can.master.trajectory.goal import Goal
+from rfms_can.master.trajectory.pace import MIN_FEED, Pace
+from rfms_can.master.trajectory.queue import Admit, MoveQueue, check_feed
 from rfms_can.master.trajectory.runner import SegmentRunner
-from rfms_can.master.trajectory.segment import Move, Segment
+from rfms_can.master.trajectory.schedule import Schedule
+from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.master.trajectory.states import Event, Stage, following
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
-
-LATEST: Final = 7
-"""A transition may start late by t_acc over this without passing the goal it leaves."""
-
-MAX_QUEUE: Final = 256
-"""Moves that may wait; a program that asks for more is waiting for nothing."""
-
-
-Admit = Callable[[Move, Move, int], None]
-"""Raises where the arm cannot run from the first move's goal to the second's, at a tick."""
 
 
 def _admit_all(before: Move, move: Move, tick: int) -> None:
@@ -67,15 +58,16 @@ class TrajectoryGenerator:
         self.stage = Stage.OFF
         self.completed = 0
         self.tick_count = 0
-        self._admit: Final = admit
-        self._queue: deque[Move] = deque()
-        self._last_sequence = 0
+        self._queue: Final = MoveQueue(period_s, admit)
         self._stopping = False
+        self._pace: Final = Pace(period_s)
         run = self._run = SegmentRunner(period_s, blend)
+        self._schedule: Final = Schedule(run, self._queue, self._pace, blend)
         self._rows: Final = {
             Stage.IDLE: run.idle,
             Stage.START: run.start,
             Stage.BLEND: run.blend,
+            Stage.CURVE: run.curve,
             Stage.LINEAR: run.linear,
             Stage.PRE: run.pre,
             Stage.STOP: run.stop,
@@ -85,7 +77,8 @@ class TrajectoryGenerator:
         """Hold ``pose`` = T6: before the first move, or after a controlled stop.
 
         ``pose`` and ``configuration`` are those of the joint angles the arm has: measured, or
-        commanded where it stopped. The numbers of moves that were dropped stay used.
+        commanded where it stopped. The numbers of moves that were dropped stay used; feed rate
+        and pause stay as they are.
 
         Raises:
             RfmsError: in motion.
@@ -93,6 +86,7 @@ class TrajectoryGenerator:
         self.stage = following(self.stage, Event.ENABLE)
         self._queue.clear()
         self._stopping = False
+        self._pace.jump()
         self._run.hold(Segment.hold(pose, configuration))
 
     def disable(self) -> None:
@@ -100,29 +94,49 @@ class TrajectoryGenerator:
         self.stage = following(self.stage, Event.DISABLE)
         self._queue.clear()
 
-    def request(self, move: Move) -> None:
-        """Queue ``move``.
+    def request(self, *parts: Move) -> None:
+        """Queue the parts of one move.
 
         Raises:
-            MoveError: it breaks a rule; the message names numbers and remedy. Nothing changes.
+            MoveError: one breaks a rule; the message names numbers and remedy. Nothing changes.
             KinematicsError: ``admit`` refuses it.
         """
-        name = f"move {move.sequence}"
         if self.stage is Stage.OFF or self._stopping:
             doing = "stopping" if self._stopping else "off"
+            name = f"move {parts[0].sequence}" if parts else "a move"
             raise MoveError(f"{name}: the trajectory generator is {doing}: enable it first")
-        if move.sequence <= self._last_sequence:
-            raise MoveError(f"{name}: numbers must grow, the last was {self._last_sequence}")
-        if len(self._queue) >= MAX_QUEUE:
-            raise MoveError(f"{name}: {MAX_QUEUE} moves wait already: wait until one is complete")
-        check_times(move, self.period_s)
-        before = self._last_accepted()
-        if not before.rests:
-            check_succession(before.move, move, self.period_s)
-        check_path(before.move, move, self.tick_count)
-        self._admit(before.move, move, self.tick_count)
-        self._queue.append(move)
-        self._last_sequence = move.sequence
+        self._queue.take(parts, self.last_accepted, self.tick_count, self._pace.rate)
+
+    def pause(self) -> None:
+        """Slow down on the path to a standstill, and stay until ``resume``.
+
+        It takes 2 t_acc, as a controlled stop does. Where a hand-over is too near for that, the
+        arm slows down after it: in all within 4 t_acc of the segments concerned, or so, in local
+        time. Goals that move by themselves go on, and the arm with them. At rest no move departs.
+        """
+        self._pace.paused = True
+        self._schedule.unsettle(self.stage)
+
+    def resume(self) -> None:
+        """Go on at the feed rate; slower up to a hand-over that is near, and then faster."""
+        self._pace.paused = False
+        self._schedule.unsettle(self.stage)
+
+    def set_feed(self, rate: float) -> None:
+        """Run at ``rate`` of the moves' speed, on the same path. Takes as long as ``pause`` does.
+
+        Raises:
+            MoveError: not in 0.05 to 1, or too slow for a move that is accepted.
+        """
+        if not MIN_FEED <= rate <= 1.0:  # also NaN
+            raise MoveError(
+                f"a feed rate of {rate:g} is not in {MIN_FEED:g} to 1: to stand still, pause"
+            )
+        settled = () if self._run.next is None else (self._run.next.move,)
+        for move in (self._run.segment.move, *settled, *self._queue):
+            check_feed(move, rate, self.period_s)
+        self._pace.rate = rate
+        self._schedule.unsettle(self.stage)
 
     def stop(self) -> tuple[int, ...]:
         """Stop along the path and drop all moves.
@@ -130,7 +144,7 @@ class TrajectoryGenerator:
         A transition under way is finished first: what it blends out would otherwise be left. Then
         h slows down within 2 t_acc (:func:`rfms_can.setpoint.blend.stop_parameter`), and the arm
         stays on its path throughout; ``stopped`` tells when it rests, and ``enable`` what to hold
-        there.
+        there. It does so at the pace it has; in a pause it stays where it stands, or will.
         At rest, or on the way to it, there is nothing to stop.
 
         Returns:
@@ -143,10 +157,14 @@ class TrajectoryGenerator:
             dropped.insert(0, run.next.move.sequence)
         if self.stage is Stage.IDLE:
             run.next = None
-        elif self.stage is not Stage.OFF and not self._stopping and not self._ends_at_rest():
+        elif (
+            self.stage is not Stage.OFF
+            and not self._stopping
+            and (self._pace.paused or not self._ends_at_rest())
+        ):
             self._stopping = True
             dropped.insert(0, run.segment.move.sequence)
-        return tuple(dropped)
+        return tuple(dict.fromkeys(dropped))
 
     @property
     def at_rest(self) -> bool:
@@ -155,12 +173,15 @@ class TrajectoryGenerator:
 
     @property
     def stopped(self) -> bool:
-        """Whether a controlled stop is over and ``enable`` is due."""
-        return self.stage is Stage.STOP and self._run.has_stopped
+        """Whether a controlled stop is over, or held by a pause, and ``enable`` is due."""
+        if self.stage is Stage.STOP:
+            return self._run.has_stopped or self._pace.stands
+        held = self._stopping and self._pace.stands
+        return held and self.stage in (Stage.BLEND, Stage.CURVE)
 
     @property
     def waiting(self) -> int:
-        """Moves in the queue."""
+        """Moves in the queue, in parts."""
         return len(self._queue)
 
     @property
@@ -170,8 +191,27 @@ class TrajectoryGenerator:
 
     @property
     def feed(self) -> float:
-        """Part of the modes' speed it runs at."""
-        return 1.0
+        """Part of the moves' speed it runs at."""
+        return self._pace.feed
+
+    @property
+    def paused(self) -> bool:
+        """Whether a pause is asked for; the arm stands as soon as ``feed`` is 0."""
+        return self._pace.paused
+
+    @property
+    def last_accepted(self) -> Segment:
+        """What a new move would follow; it ``rests`` where that leaves all the time there is."""
+        if self._queue:
+            return Segment(self._queue[-1])
+        return self._run.segment if self._run.next is None else self._run.next
+
+    @property
+    def active_goals(self) -> tuple[Goal, ...]:
+        """Goals of the segment under way and of the one settled to follow."""
+        run = self._run
+        goal = run.segment.move.target
+        return (goal,) if run.next is None else (goal, run.next.move.target)
 
     def tick(self) -> CartesianSetpoint:
         """The set-point of the next cycle.
@@ -181,64 +221,30 @@ class TrajectoryGenerator:
         """
         run, tick = self._run, self.tick_count
         left = run.segment
-        stage = self.stage = following(self.stage, self._event())
+        self._schedule.set_pace(self.stage, stopping=self._stopping)
+        event = self._schedule.event(self.stage, stopping=self._stopping)
+        stage = self.stage = following(self.stage, event)
         if stage is Stage.IDLE:
-            self.completed = max(self.completed, left.move.sequence)
-            if self._queue and run.next is None:
+            self._stopping = False
+            self._complete(left)
+            if run.next is None and self._schedule.may_depart(Transition.JOINT):
                 run.settle(self._queue.popleft(), tick)
-        elif stage is Stage.PRE and run.next is None:
-            run.settle(self._queue.popleft() if self._taking_over() else None, tick)
+        elif event is Event.BEND or (stage is Stage.PRE and run.next is None):
+            upcoming, hand_over = self._schedule.upcoming()
+            if upcoming is not None:
+                self._queue.popleft()
+            (run.bend if event is Event.BEND else run.settle)(upcoming, tick, hand_over)
         setpoint = self._rows[stage](tick)
-        if stage is Stage.START and not run.segment.rests:
-            self.completed = left.move.sequence
+        if (stage is Stage.START or event is Event.BEND) and not run.segment.rests:
+            self._complete(left)
         self.tick_count = tick + 1
         return setpoint
 
-    def _event(self) -> Event:
-        """What happens between the last tick and this one."""
-        run, stage = self._run, self.stage
-        if stage is Stage.LINEAR:
-            return self._event_along()
-        event = Event.STAY
-        if stage is Stage.BLEND:
-            if run.n >= run.segment.move.acceleration_ticks:
-                event = Event.ARRIVED if run.segment.rests else self._event_along()
-                event = Event.BLENDED if event is Event.STAY else event
-        elif stage is Stage.IDLE:
-            if run.next is not None and run.watched >= run.watch_ticks(run.next.move):
-                event = Event.DEPART
-        elif stage is Stage.PRE:
-            if self._stopping:
-                event = Event.HALT
-            elif run.n + 1 >= run.hand_over:
-                event = Event.DEPART
-        return event
-
-    def _event_along(self) -> Event:
-        """Whether the straight part of the segment goes on."""
-        if self._stopping:
-            return Event.HALT
-        run = self._run
-        move = self._taking_over() or run.segment.move
-        lead = move.acceleration_ticks + run.watch_ticks(move)
-        due = run.n + 1 >= run.segment.move.segment_ticks - lead
-        return Event.PREPARE if due else Event.STAY
-
-    def _taking_over(self) -> Move | None:
-        """The move that follows without rest; None if there is none, or it came too late."""
-        if not self._queue:
-            return None
-        run, move = self._run, self._queue[0]
-        late = run.n + 2 - (run.segment.move.segment_ticks - move.acceleration_ticks)
-        return move if late * LATEST <= move.acceleration_ticks else None
+    def _complete(self, left: Segment) -> None:
+        if left.move.last:
+            self.completed = max(self.completed, left.move.sequence)
 
     def _ends_at_rest(self) -> bool:
         """Whether the transition to rest is settled or under way."""
         run = self._run
         return run.segment.rests or (run.next is not None and run.next.rests)
-
-    def _last_accepted(self) -> Segment:
-        """What a new move would follow; it ``rests`` where that leaves all the time there is."""
-        if self._queue:
-            return Segment(self._queue[-1])
-        return self._run.segment if self._run.next is None else self._run.next

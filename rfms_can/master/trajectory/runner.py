@@ -3,8 +3,9 @@
 from typing import Final
 
 from rfms_can.kinematics import Configuration
+from rfms_can.master.trajectory.correction import NO_CORRECTION, Leaving
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.trajectory.segment import Move, Segment
+from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.master.trajectory.states import ON_THE_WIRE, Stage
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.setpoint.blend import blend_parameter, stop_parameter
@@ -22,22 +23,31 @@ class SegmentRunner:
         segment: under way.
         next: settled to follow, or None. Its D(1) is fixed from then on, so that its start point
             B travels with its goal and the joints can see how fast.
-        n: local tick, -n_acc to n_seg.
+        step: local time from the last tick to the one at hand, periods: the pace.
+        n: local time, periods, -n_acc to n_seg; whole at full speed.
         h: segment parameter.
+        clock: local time the goal is told. That of a transition to rest and of rest itself goes
+            on from the segment they end.
+        rested: ticks at rest.
         watched: ticks the start of ``next`` has been sent as T6_2.
-        hand_over: local tick at which ``next`` is to start.
-        stop_ticks: ticks into a controlled stop.
+        hand_over: local time at which ``next`` is to start.
+        stop_ticks: local time into a controlled stop.
     """
 
     __slots__ = (
         "_acceleration_time",
         "_blend",
+        "_correction",
         "_period",
+        "_watch",
+        "clock",
         "h",
         "hand_over",
         "n",
         "next",
+        "rested",
         "segment",
+        "step",
         "stop_ticks",
         "watched",
     )
@@ -45,87 +55,114 @@ class SegmentRunner:
     def __init__(self, period_s: float, blend: Blend) -> None:
         self._period: Final = period_s
         self._blend: Final = blend
+        self._correction = NO_CORRECTION
+        self.step = 1.0
         self.hold(_NOWHERE)
 
     def hold(self, segment: Segment) -> None:
         """Forget everything and rest in ``segment``."""
         self.segment = segment
         self.next: Segment | None = None
-        self.n, self.h = 0, 1.0
-        self.watched = self.hand_over = self.stop_ticks = 0
+        self.n: float = 0
+        self.clock: float = 0
+        self.h = 1.0
+        self.rested = self.watched = self._watch = 0
+        self.hand_over: float = 0
+        self.stop_ticks: float = 0
         self._acceleration_time = segment.move.acceleration_ticks * self._period
 
     def watch_ticks(self, move: Move) -> int:
         """Ticks to look at where the segment of ``move`` starts before it does.
 
-        One tells how fast it moves (3.17); the continuous blend wants to know more.
+        One tells how fast it moves (3.17); the continuous blend wants to know more. A Cartesian
+        transition asks the joints nothing.
         """
-        if move.target.constant or self._blend is Blend.THESIS:
+        if move.transition is Transition.CARTESIAN:
+            return 0
+        if move.target.constant or self._blend is Blend.THESIS or self.step == 0.0:
             return 1
-        return window_for(move.acceleration_ticks) - 1
+        return window_for(round(move.acceleration_ticks / self.step)) - 1
 
-    def settle(self, move: Move | None, tick: int) -> None:
-        """Fix what follows: ``move``, or the transition to rest at this segment's goal.
-
-        The hand-over is at t_seg - t_acc of what follows; settled too late for that, it is on the
-        tick after next, once its start has been sent.
-        """
-        left = self.segment.move
+    def settle(self, move: Move | None, tick: int, hand_over: float = 0) -> None:
+        """Fix what follows at ``hand_over``: ``move``, or the transition to rest at this goal."""
         if move is None:
             self.next = self.segment.to_rest()
         else:
-            self.next = Segment.towards(move, left.target.pose(Moment(tick)), Moment(tick, 0.0))
+            self.next = self._towards(move, tick, self.clock)
         self.watched = 0
-        self.hand_over = left.segment_ticks - self.next.move.acceleration_ticks
+        self._watch = self.watch_ticks(self.next.move)
+        self.hand_over = hand_over
 
     def idle(self, tick: int) -> CartesianSetpoint:
         """At the goal; T6_2 as soon as there is a next segment."""
         self.n, self.h = 0, 1.0
-        return self._along(Stage.IDLE, tick, 0.0, self._start_of_next(tick))
+        self.clock += self.step
+        self.rested += 1
+        ahead = (self._watch - self.watched) * self.step
+        return self._along(Stage.IDLE, tick, 0.0, self._start_of_next(tick, ahead))
 
     def start(self, tick: int) -> CartesianSetpoint:
         """Row 3: the next segment becomes the one under way."""
         if self.next is None:
             raise AssertionError("START before the next segment is settled")
         left = self.segment.move
-        segment, self.segment, self.next = self.next, self.next, None
+        self.clock += self.step
+        at_goal = Moment(tick, 1.0, self.clock * self._period)
+        past = 0 if self.rested else self.n + self.step - self.hand_over
+        self._enter(self.next, past)
+        segment, moment = self.segment, self._moment(tick)
         move = segment.move
-        self.n, self.h = -move.acceleration_ticks, 0.0
-        self._acceleration_time = move.acceleration_ticks * self._period
         if segment.drive is not None:
-            pose, goal = segment.pose(Moment(tick, 0.0), 1.0), None
+            pose, goal = segment.pose(moment, 1.0), None
         else:
-            pose, goal = left.target.pose(Moment(tick)), move.target.pose(Moment(tick, 0.0))
-        return self._setpoint(Stage.START, pose, left.configuration, goal, 0.0)
+            pose, goal = left.target.pose(at_goal), move.target.pose(moment)
+        p = past / (2 * move.acceleration_ticks)
+        return self._setpoint(Stage.START, pose, left.configuration, goal, p)
+
+    def bend(self, move: Move | None, tick: int, hand_over: float) -> None:
+        """Enter the segment of ``move``, or the transition to rest, by a Cartesian transition."""
+        if self.rested:
+            hand_over = self.n
+        leaving = Leaving(self.segment, tick - 1, self.n, self.clock, self.step, self._period)
+        if move is None:
+            segment = self.segment.to_rest()
+        else:
+            segment = self._towards(move, tick - 1, self.clock + hand_over - self.n)
+        self._correction = leaving.into(segment, hand_over)
+        self._enter(segment, self.n - hand_over)
+
+    def curve(self, tick: int) -> CartesianSetpoint:
+        """A Cartesian transition: row 4, but in space."""
+        p = self._blended()
+        if self.segment.rests:
+            self.h = 1.0
+        segment = self.segment
+        pose = self._correction.pose(segment, self._moment(tick), 1.0 - self.h, p)
+        return self._setpoint(Stage.CURVE, pose, segment.move.configuration, None, p)
 
     def blend(self, tick: int) -> CartesianSetpoint:
         """Row 4."""
-        n = self.n = self.n + 1
-        move = self.segment.move
-        ticks = move.acceleration_ticks
-        p = (n + ticks) / (2 * ticks)
-        self.h = blend_parameter(p) * ticks / move.segment_ticks
-        return self._along(Stage.BLEND, tick, p)
+        return self._along(Stage.BLEND, tick, self._blended())
 
     def linear(self, tick: int) -> CartesianSetpoint:
         """Row 1."""
-        n = self.n = self.n + 1
-        self.h = n / self.segment.move.segment_ticks
+        self._advance()
         return self._along(Stage.LINEAR, tick, 0.0)
 
     def pre(self, tick: int) -> CartesianSetpoint:
         """Row 2, once or, ahead of a moving goal, for some ticks."""
-        n = self.n = self.n + 1
-        self.h = n / self.segment.move.segment_ticks
-        return self._along(Stage.PRE, tick, 0.0, self._start_of_next(tick))
+        self._advance()
+        second = self._start_of_next(tick, self.hand_over - self.n)
+        return self._along(Stage.PRE, tick, 0.0, second)
 
     def stop(self, tick: int) -> CartesianSetpoint:
         """Row 1 with the h of a stop that began at the last tick of even motion."""
         self.next = None
         move = self.segment.move
         span = 2 * move.acceleration_ticks
-        m = self.stop_ticks = min(self.stop_ticks + 1, span)
-        self.h = (self.n + move.acceleration_ticks * stop_parameter(m / span)) / move.segment_ticks
+        m = self.stop_ticks = min(self.stop_ticks + self.step, span)
+        self.clock = self.n + move.acceleration_ticks * stop_parameter(m / span)
+        self.h = self.clock / move.segment_ticks
         return self._along(Stage.STOP, tick, 0.0)
 
     @property
@@ -133,18 +170,56 @@ class SegmentRunner:
         """Whether the controlled stop is over."""
         return self.stop_ticks >= 2 * self.segment.move.acceleration_ticks
 
-    def _start_of_next(self, tick: int) -> Transform | None:
+    def _towards(self, move: Move, tick: int, clock: float) -> Segment:
+        """The segment of ``move`` from this goal, as both are at ``tick`` and at the hand-over."""
+        origin = self.segment.move.target.pose(Moment(tick, 1.0, clock * self._period))
+        start = Moment(tick, 0.0, -move.acceleration_ticks * self._period)
+        return Segment.towards(move, origin, start)
+
+    def _enter(self, segment: Segment, past: float) -> None:
+        """``segment`` is under way, ``past`` its beginning."""
+        ticks = segment.move.acceleration_ticks
+        self.segment, self.next = segment, None
+        self.n, self.h = past - ticks, 0.0
+        if not segment.rests:
+            self.clock = self.n
+        self.rested = 0
+        self._acceleration_time = ticks * self._period / self.step
+
+    def _advance(self) -> None:
+        """One step along the straight part of the segment."""
+        self.n += self.step
+        self.clock += self.step
+        self.h = self.n / self.segment.move.segment_ticks
+
+    def _blended(self) -> float:
+        """One step of a transition: p."""
+        self._advance()
+        ticks = self.segment.move.acceleration_ticks
+        p = (self.n + ticks) / (2 * ticks)
+        self.h = blend_parameter(p) * ticks / self.segment.move.segment_ticks
+        return p
+
+    def _moment(self, tick: int) -> Moment:
+        """The motion parameters of the segment under way. A transition to rest is at its goal."""
+        return Moment(tick, 1.0 if self.segment.rests else self.h, self.clock * self._period)
+
+    def _start_of_next(self, tick: int, ahead: float) -> Transform | None:
+        """Where the next segment is, ``ahead`` of its start: h = 0, and t counts up to -t_acc."""
         if self.next is None:
             return None
         self.watched += 1
-        return self.next.pose(Moment(tick, 0.0), 1.0)
+        h, clock = 1.0, self.clock
+        if not self.next.rests:
+            h, clock = 0.0, -ahead - self.next.move.acceleration_ticks
+        return self.next.pose(Moment(tick, h, clock * self._period), 1.0)
 
     def _along(
         self, stage: Stage, tick: int, p: float, second: Transform | None = None
     ) -> CartesianSetpoint:
         """The set-point on this segment's path at h."""
         segment = self.segment
-        pose = segment.pose(Moment(tick, self.h), 1.0 - self.h)
+        pose = segment.pose(self._moment(tick), 1.0 - self.h)
         return self._setpoint(stage, pose, segment.move.configuration, second, p)
 
     def _setpoint(

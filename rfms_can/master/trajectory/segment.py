@@ -1,5 +1,6 @@
 """Moves as they are requested, and the segments the arm then runs."""
 
+from enum import Enum, auto
 from typing import NamedTuple, Self
 
 from rfms_can.errors import MoveError
@@ -9,8 +10,17 @@ from rfms_can.transform import DriveTransform, Transform
 from rfms_can.wire.vocabulary import Mode
 
 
+class Transition(Enum):
+    """How a segment is entered."""
+
+    JOINT = auto()
+    """Each joint blends on its own (3.18): cheap, and off the path in space."""
+    CARTESIAN = auto()
+    """T6 blends (:mod:`rfms_can.master.trajectory.correction`), and comes to rest on the line."""
+
+
 class Move(NamedTuple):
-    """A request to move: where to, how, and how fast.
+    """A request to move, or a part of one: where to, how, and how fast.
 
     Attributes:
         sequence: the request's number, growing from 1.
@@ -19,6 +29,8 @@ class Move(NamedTuple):
         segment_ticks: t_seg in periods, from the goal before to this one.
         acceleration_ticks: t_acc in periods: the transition into this segment takes twice that.
         configuration: the branch of the inverse solution at the target.
+        transition: into this segment, and at its end to rest.
+        last: False for all parts of a move but its last; the parts share its number.
     """
 
     sequence: int
@@ -27,6 +39,8 @@ class Move(NamedTuple):
     segment_ticks: int
     acceleration_ticks: int
     configuration: Configuration
+    transition: Transition = Transition.JOINT
+    last: bool = True
 
 
 class Segment(NamedTuple):
@@ -58,10 +72,13 @@ class Segment(NamedTuple):
     def to_rest(self) -> Self:
         """The transition to rest at this segment's goal: to the same target, t_seg = t_acc.
 
-        In joint mode whatever the segment's was: there is nothing left to drive through.
+        There is nothing left to drive through: in joint mode, or in a Cartesian transition if the
+        segment began with one.
         """
         ticks = self.move.acceleration_ticks
-        move = self.move._replace(mode=Mode.JOINT, segment_ticks=ticks)
+        move = self.move._replace(segment_ticks=ticks)
+        if move.transition is Transition.JOINT:
+            move = move._replace(mode=Mode.JOINT)
         return self._replace(move=move, drive=None, rests=True)
 
     def pose(self, moment: Moment, r: float) -> Transform:

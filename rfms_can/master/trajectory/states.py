@@ -18,6 +18,8 @@ class Stage(Enum):
     """Beginning of a transition (STATE3, row 3)."""
     BLEND = auto()
     """In a transition (STATE4, row 4)."""
+    CURVE = auto()
+    """In a Cartesian transition: T6 itself blends."""
     LINEAR = auto()
     """Constant rate along the segment (STATE1, row 1)."""
     PRE = auto()
@@ -30,7 +32,7 @@ class Event(Enum):
     """What takes the generator from one tick's stage to the next's."""
 
     ENABLE = auto()
-    """A pose to hold is given."""
+    """A pose to hold is given: where a stop has ended, or in a transition that a pause holds."""
     DISABLE = auto()
     """Set-points end: a fault, or the drives go off."""
     STAY = auto()
@@ -39,6 +41,8 @@ class Event(Enum):
     """The hand-over is near and the segment to hand over to is settled."""
     DEPART = auto()
     """This tick is -t_acc of the next segment."""
+    BEND = auto()
+    """This tick is the first past -t_acc of a segment with a Cartesian transition."""
     BLENDED = auto()
     """The transition is over."""
     ARRIVED = auto()
@@ -57,6 +61,7 @@ TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = {
         Event.DISABLE: Stage.OFF,
         Event.STAY: Stage.IDLE,
         Event.DEPART: Stage.START,
+        Event.BEND: Stage.CURVE,
     },
     Stage.START: {
         Event.DISABLE: Stage.OFF,
@@ -67,13 +72,26 @@ TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = {
         Event.STAY: Stage.BLEND,
         Event.BLENDED: Stage.LINEAR,
         Event.PREPARE: Stage.PRE,
+        Event.BEND: Stage.CURVE,
         Event.ARRIVED: Stage.IDLE,
         Event.HALT: Stage.STOP,
+        Event.ENABLE: Stage.IDLE,
+    },
+    Stage.CURVE: {
+        Event.DISABLE: Stage.OFF,
+        Event.STAY: Stage.CURVE,
+        Event.BLENDED: Stage.LINEAR,
+        Event.PREPARE: Stage.PRE,
+        Event.BEND: Stage.CURVE,
+        Event.ARRIVED: Stage.IDLE,
+        Event.HALT: Stage.STOP,
+        Event.ENABLE: Stage.IDLE,
     },
     Stage.LINEAR: {
         Event.DISABLE: Stage.OFF,
         Event.STAY: Stage.LINEAR,
         Event.PREPARE: Stage.PRE,
+        Event.BEND: Stage.CURVE,
         Event.HALT: Stage.STOP,
     },
     Stage.PRE: {
@@ -93,11 +111,13 @@ ON_THE_WIRE: Final = {
     Stage.IDLE: TrajectoryState.IDLE,
     Stage.START: TrajectoryState.START,
     Stage.BLEND: TrajectoryState.BLEND,
+    Stage.CURVE: TrajectoryState.LINEAR,
     Stage.LINEAR: TrajectoryState.LINEAR,
     Stage.PRE: TrajectoryState.PRE,
     Stage.STOP: TrajectoryState.LINEAR,
 }
-"""What the joints are told: to them a stop is a segment whose r changes ever more slowly."""
+"""What the joints are told: to them a stop is a segment whose r changes ever more slowly, and a
+Cartesian transition a segment that is not straight."""
 
 
 def following(stage: Stage, event: Event) -> Stage:

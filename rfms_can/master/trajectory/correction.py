@@ -1,0 +1,139 @@
+"""The Cartesian transition: T6 itself blends from one path to the next (thesis, Ch. VII).
+
+In the frame left of its drive the new path is D(r), the old one, continued, L^-1 T6 R^-1. What lies
+between them, a translation and a rotation vector, is added to the new one and faded by the matching
+polynomial (3.18) of all four derivatives.
+Both paths are known, so the derivatives are those of the polynomial through seven of their poses,
+one a period: nothing is estimated from noise.
+
+Of two segments that run at one rate along one line, or about one axis, the sum is that motion
+exactly: h of (3.15) and the matching polynomial of a constant rate add up to it.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Final, NamedTuple, Self
+
+import numpy as np
+
+from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.trajectory.segment import Segment
+from rfms_can.setpoint.blend import NO_MATCH, Derivatives, MatchingPolynomial
+from rfms_can.transform import DriveTransform, Transform
+
+SAMPLES: Final = 7
+"""Poses the derivatives are taken from, the newest at the cycle before the transition."""
+
+_FIT: Final = np.linalg.inv(np.vander(np.arange(1.0 - SAMPLES, 1.0), increasing=True))
+_FACTORS: Final = [[math.perm(i, order) for i in range(SAMPLES)] for order in range(4)]
+
+
+class Correction:
+    """What is left of the old path, as a function of p."""
+
+    __slots__ = ("_polynomials",)
+
+    def __init__(self, polynomials: tuple[MatchingPolynomial, ...]) -> None:
+        """Translation x, y, z, metres, and rotation vector x, y, z, radians."""
+        self._polynomials: Final = polynomials
+
+    @classmethod
+    def between(
+        cls,
+        old: Callable[[int], Transform],
+        new: Transform,
+        past: float,
+        acceleration_periods: float,
+    ) -> Self:
+        """The correction from the path ``old`` to one that starts at ``new``.
+
+        Args:
+            old: pose of the old path at a cycle from -6 to 0, in the frame of ``new``.
+            new: D(1) of the new path; it rests there, as h of (3.15) begins with four zeros.
+            past: the hand-over, periods after cycle 0; 0 to 1.
+            acceleration_periods: t_acc of the transition at the pace of the hand-over.
+        """
+        inverse = new.inverse()
+        samples = [_difference(old(cycle), new, inverse) for cycle in range(1 - SAMPLES, 1)]
+        series = (_FIT @ np.array(samples)).T.tolist()
+        return cls(
+            tuple(
+                MatchingPolynomial.matching(_derivatives(each, past), acceleration_periods)
+                for each in series
+            )
+        )
+
+    def pose(self, segment: Segment, moment: Moment, r: float, p: float) -> Transform:
+        """T6 at p of the transition into ``segment``."""
+        goal, drive = segment.move.target, segment.drive
+        base = Transform.identity() if drive is None else drive.at(r)
+        x, y, z, ex, ey, ez = (polynomial.at(p) for polynomial in self._polynomials)
+        angle = math.sqrt(ex * ex + ey * ey + ez * ez)
+        turned = Transform.rotation((ex, ey, ez), angle) @ base if angle else base
+        moved = turned._replace(px=base.px + x, py=base.py + y, pz=base.pz + z)
+        return goal.left(moment) @ moved @ goal.right(moment)
+
+
+NO_CORRECTION: Final = Correction((NO_MATCH,) * 6)
+"""Between two paths that already agree."""
+
+
+class Leaving(NamedTuple):
+    """A segment as it was at its last cycle.
+
+    Attributes:
+        segment: left.
+        tick: of that cycle.
+        n, clock: local time, of the path and of the goal, periods.
+        step: the pace.
+        period_s: tau, s.
+    """
+
+    segment: Segment
+    tick: int
+    n: float
+    clock: float
+    step: float
+    period_s: float
+
+    def pose(self, cycle: int) -> tuple[Transform, Moment]:
+        """T6 of the path, continued, at ``cycle`` after the last, and the moment."""
+        segment, elapsed = self.segment, cycle * self.step
+        h = 1.0 if segment.rests else (self.n + elapsed) / segment.move.segment_ticks
+        moment = Moment(self.tick + cycle, h, (self.clock + elapsed) * self.period_s)
+        return segment.pose(moment, 1.0 - h), moment
+
+    def into(self, segment: Segment, hand_over: float) -> Correction:
+        """The transition into ``segment``, that begins at local time ``hand_over``."""
+        goal, ticks = segment.move.target, segment.move.acceleration_ticks
+
+        def old(cycle: int) -> Transform:
+            pose, here = self.pose(cycle)
+            h, t = 1.0, here.t
+            if not segment.rests:
+                h, t = 0.0, (self.n + cycle * self.step - hand_over - ticks) * self.period_s
+            start = Moment(here.tick, h, t)
+            return goal.left(start).inverse() @ pose @ goal.right(start).inverse()
+
+        new = Transform.identity() if segment.drive is None else segment.drive.at(1.0)
+        past = (hand_over - self.n) / self.step
+        return Correction.between(old, new, past, ticks / self.step)
+
+
+def _difference(old: Transform, new: Transform, inverse: Transform) -> list[float]:
+    """Translation and rotation vector from ``new`` to ``old``, in the frame both are given in."""
+    turn = DriveTransform(old @ inverse)
+    return [
+        *(old.px - new.px, old.py - new.py, old.pz - new.pz),
+        *(component * turn.psi for component in turn.axis),
+    ]
+
+
+def _derivatives(series: list[float], x: float) -> Derivatives:
+    """Value and three derivatives of a power series at x."""
+    powers = [x**i for i in range(SAMPLES)]
+    value, rate, acceleration, jerk = (
+        sum(factors[i] * series[i] * powers[i - order] for i in range(order, SAMPLES))
+        for order, factors in enumerate(_FACTORS)
+    )
+    return (value, rate, acceleration, jerk)

@@ -1,0 +1,101 @@
+"""The queue of moves, and what a move must satisfy to be taken into it."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from rfms_can.errors import MoveError
+from rfms_can.master.trajectory.admission import check_path, check_succession, check_times
+from rfms_can.master.trajectory.pace import LONGEST_ACCELERATION_S
+from rfms_can.master.trajectory.segment import Move, Segment, Transition
+from rfms_can.wire.vocabulary import Mode
+
+MAX_QUEUE: Final = 256
+"""Parts of moves that may wait; a program that asks for more is waiting for nothing."""
+
+Admit = Callable[[Move, Move, int], None]
+"""Raises where the arm cannot run from the first move's goal to the second's, at a tick."""
+
+
+class MoveQueue(deque[Move]):
+    """Moves that wait, in parts, oldest first."""
+
+    def __init__(self, period_s: float, admit: Admit) -> None:
+        super().__init__()
+        self._period: Final = period_s
+        self._admit: Final = admit
+        self._last_sequence = 0
+
+    def take(self, parts: tuple[Move, ...], before: Segment, tick: int, feed_rate: float) -> None:
+        """Queue the parts of one move, all or none, to follow ``before``.
+
+        Raises:
+            MoveError: a part breaks a rule; the message names numbers and remedy.
+            KinematicsError: the arm refuses it.
+        """
+        if not parts:
+            raise MoveError("a move needs at least one part")
+        sequence = parts[0].sequence
+        name = f"move {sequence}"
+        if any(part.sequence != sequence for part in parts):
+            numbers = ", ".join(str(part.sequence) for part in parts)
+            raise MoveError(f"{name}: all its parts must have its number, not {numbers}")
+        if [part.last for part in parts] != [False] * (len(parts) - 1) + [True]:
+            raise MoveError(f"{name}: its last part, and no other, must be marked as the last")
+        if sequence <= self._last_sequence:
+            raise MoveError(f"{name}: numbers must grow, the last was {self._last_sequence}")
+        if len(self) + len(parts) > MAX_QUEUE:
+            raise MoveError(
+                f"{name}: {len(self)} moves wait already and {MAX_QUEUE} may: "
+                f"wait until one is complete"
+            )
+        for part in parts:
+            self._check(before, part, tick, feed_rate)
+            before = Segment(part)
+        self.extend(parts)
+        self._last_sequence = sequence
+
+    def _check(self, before: Segment, move: Move, tick: int, feed_rate: float) -> None:
+        check_times(move, self._period)
+        check_feed(move, feed_rate, self._period)
+        if not before.rests:
+            check_succession(before.move, move, self._period)
+        _check_transition(before, move)
+        check_path(before.move, move, tick)
+        self._admit(before.move, move, tick)
+
+
+def check_feed(move: Move, feed_rate: float, period_s: float) -> None:
+    """A transition at ``feed_rate`` must not take longer than can be told to the joints.
+
+    Raises:
+        MoveError: t_acc / feed_rate over 100 s.
+    """
+    time = move.acceleration_ticks * period_s
+    if time > LONGEST_ACCELERATION_S * feed_rate:
+        raise MoveError(
+            f"move {move.sequence}: acceleration time {time:g} s at a feed rate of {feed_rate:g} "
+            f"would take {time / feed_rate:g} s, over {LONGEST_ACCELERATION_S:g} s: "
+            f"feed at {time / LONGEST_ACCELERATION_S:g} or more, or accelerate in less time"
+        )
+
+
+def _check_transition(before: Segment, move: Move) -> None:
+    """A Cartesian transition leads from a Cartesian segment, or from rest, into a Cartesian one.
+
+    Raises:
+        MoveError: one of the two segments is in joint mode.
+    """
+    if move.transition is Transition.JOINT:
+        return
+    if move.mode is Mode.JOINT:
+        raise MoveError(
+            f"move {move.sequence}: a Cartesian transition leads into a Cartesian segment, and "
+            f"this one is in joint mode: use a joint transition"
+        )
+    if not before.rests and before.move.mode is Mode.JOINT:
+        raise MoveError(
+            f"move {move.sequence}: a Cartesian transition cannot leave move "
+            f"{before.move.sequence}, which is in joint mode: wait until that is complete, or use "
+            f"a joint transition"
+        )

@@ -1,0 +1,129 @@
+"""What follows the segment under way, when, and at which pace until then."""
+
+from typing import Final
+
+from rfms_can.master.trajectory.pace import NO_HAND_OVER, HandOver, Pace
+from rfms_can.master.trajectory.queue import MoveQueue
+from rfms_can.master.trajectory.runner import SegmentRunner
+from rfms_can.master.trajectory.segment import Move, Transition
+from rfms_can.master.trajectory.states import Event, Stage
+from rfms_can.wire.vocabulary import Blend
+
+LATEST: Final = 7
+"""A transition may start late by t_acc over this without passing the goal it leaves."""
+
+
+class Schedule:
+    """Looks from the segment under way to the queue, and sets the pace."""
+
+    __slots__ = ("_blend", "_pace", "_queue", "_run")
+
+    def __init__(self, run: SegmentRunner, queue: MoveQueue, pace: Pace, blend: Blend) -> None:
+        self._run: Final = run
+        self._queue: Final = queue
+        self._pace: Final = pace
+        self._blend: Final = blend
+
+    def set_pace(self, stage: Stage, *, stopping: bool) -> None:
+        """The step of the next cycle, after one in ``stage``."""
+        run, pace = self._run, self._pace
+        if not pace.is_as_wanted:
+            segment = run.segment
+            if stage is Stage.IDLE and segment.move.target.constant:
+                pace.jump()
+            elif stage is not Stage.PRE:
+                free = stopping or segment.rests or stage is Stage.STOP
+                ahead = NO_HAND_OVER if free else self._earliest_hand_over()
+                pace.change(run.n, segment.move.acceleration_ticks, ahead)
+        run.step = pace.advance()
+
+    def unsettle(self, stage: Stage) -> None:
+        """The pace is to change: a move that waits at rest for its moving goal waits anew."""
+        run = self._run
+        if stage is Stage.IDLE and run.next is not None:
+            self._queue.appendleft(run.next.move)
+            run.next = None
+
+    def may_depart(self, transition: Transition) -> bool:
+        """Whether a move with ``transition`` may leave the rest the arm is in."""
+        if not self._queue or self._queue[0].transition is not transition or self._pace.paused:
+            return False
+        return self._until_steady(self._queue[0]) == 0.0
+
+    def event(self, stage: Stage, *, stopping: bool) -> Event:
+        """What happens between the last cycle, in ``stage``, and the next."""
+        run = self._run
+        event = Event.STAY
+        if stage is Stage.LINEAR:
+            event = self._event_along(stopping)
+        elif stage is Stage.BLEND or stage is Stage.CURVE:
+            if run.n + run.step > run.segment.move.acceleration_ticks:
+                event = Event.ARRIVED if run.segment.rests else self._event_along(stopping)
+                event = Event.BLENDED if event is Event.STAY else event
+        elif stage is Stage.IDLE:
+            if run.next is not None:
+                event = Event.DEPART if run.watched >= run.watch_ticks(run.next.move) else event
+            elif run.rested and self.may_depart(Transition.CARTESIAN):
+                event = Event.BEND
+        elif stage is Stage.PRE:
+            if stopping:
+                event = Event.HALT
+            elif run.n + run.step >= run.hand_over:
+                event = Event.DEPART
+        return event
+
+    def _event_along(self, stopping: bool) -> Event:
+        """Whether the straight part of the segment goes on."""
+        if stopping:
+            return Event.HALT
+        run = self._run
+        upcoming, hand_over = self.upcoming()
+        move = upcoming or run.segment.move
+        if move.transition is Transition.CARTESIAN:
+            return Event.BEND if run.n + run.step > hand_over else Event.STAY
+        due = run.n + run.step >= hand_over - run.watch_ticks(move) * run.step
+        return Event.PREPARE if due and run.step else Event.STAY
+
+    def upcoming(self) -> tuple[Move | None, float]:
+        """The move that follows without rest, and when; None if there is none or it is too late.
+
+        One settled too late for its due time takes over as soon as can be: on the tick after next,
+        once its start has been sent, and the pace is steady.
+        """
+        run = self._run
+        own = run.segment.move
+        if self._queue:
+            move = self._queue[0]
+            due = own.segment_ticks - move.acceleration_ticks
+            lead = 0.0 if move.transition is Transition.CARTESIAN else 2.0 * run.step
+            soonest = run.n + max(lead, self._until_steady(move))
+            if (soonest - due) * LATEST <= move.acceleration_ticks:
+                return move, max(due, soonest)
+        due = own.segment_ticks - own.acceleration_ticks
+        wait = self._until_steady(own)
+        return None, max(due, run.n + wait) if wait else due
+
+    def _until_steady(self, move: Move) -> float:
+        own = self._run.segment.move
+        return self._pace.until_steady(own.acceleration_ticks, self._hand_over(move))
+
+    def _hand_over(self, move: Move) -> HandOver:
+        """Of the hand-over to ``move``, or to rest where it is the one under way."""
+        segment = self._run.segment
+        own = segment.move
+        still = segment.drive is None and own.target.constant and move.target.constant
+        asks = move.transition is Transition.JOINT and self._blend is not Blend.THESIS
+        due = own.segment_ticks - move.acceleration_ticks
+        return HandOver(due, move.acceleration_ticks, asks and not still)
+
+    def _earliest_hand_over(self) -> HandOver:
+        """To rest or to the next move, whichever asks for more."""
+        rest = self._hand_over(self._run.segment.move)
+        if not self._queue:
+            return rest
+        following = self._hand_over(self._queue[0])
+        return HandOver(
+            min(rest.n, following.n),
+            max(rest.acceleration_ticks, following.acceleration_ticks),
+            rest.estimated or following.estimated,
+        )

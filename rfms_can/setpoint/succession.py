@@ -1,0 +1,38 @@
+"""Which set-points may follow which, as a joint sees it (Table 3.3): one literal table."""
+
+from typing import Final
+
+from rfms_can.setpoint.cartesian import CartesianSetpoint
+from rfms_can.wire.vocabulary import Mode, TrajectoryState
+
+_STATES: Final = tuple(TrajectoryState)
+_IDLE: Final = TrajectoryState.IDLE
+_LINEAR: Final = TrajectoryState.LINEAR
+_PRE: Final = TrajectoryState.PRE
+_START: Final = TrajectoryState.START
+_BLEND: Final = TrajectoryState.BLEND
+
+FOLLOWS: Final = {
+    _IDLE: frozenset((_IDLE, _BLEND, _LINEAR)),
+    _START: frozenset((_IDLE, _PRE, _LINEAR)),
+    _BLEND: frozenset((_START, _BLEND)),
+    _LINEAR: frozenset((_IDLE, _BLEND, _LINEAR, _PRE)),
+    _PRE: frozenset((_BLEND, _LINEAR, _PRE)),
+}
+"""The states a set-point of each state may follow.
+
+IDLE after LINEAR ends a controlled stop, LINEAR after PRE is one that began there; START after
+LINEAR is a PRE that was lost. A BLEND whose START was lost cannot be computed and is refused.
+LINEAR after IDLE begins a Cartesian transition: in Cartesian mode, and with a p. IDLE after LINEAR
+with r = 0 ends one, and IDLE after BLEND a transition to rest, or one held where it was.
+"""
+_MAY_FOLLOW: Final = [[last in FOLLOWS[state] for last in _STATES] for state in _STATES]
+"""``FOLLOWS`` by state and last state: an enumeration's own hash would cost a call each cycle."""
+
+
+def may_follow(setpoint: CartesianSetpoint, last: TrajectoryState) -> bool:
+    """Whether ``setpoint`` can be used after one of state ``last``."""
+    state = setpoint.state
+    if state is _LINEAR and last is _IDLE:
+        return setpoint.mode is Mode.CARTESIAN and setpoint.p > 0.0
+    return _MAY_FOLLOW[state][last]
