@@ -9,7 +9,7 @@ from pathlib import Path
 import can
 import pytest
 
-from rfms_can.bus.hub.address import LOCK_FILE, SOCKET_FILE, hub_directory, live_hubs
+from rfms_can.bus.hub.address import SOCKET_FILE, hub_directory, live_hubs
 from rfms_can.bus.hub.client import MAX_BACKLOG
 from rfms_can.bus.hub.plugin import HubBus
 from rfms_can.bus.hub.port import HubPort
@@ -17,6 +17,7 @@ from rfms_can.bus.hub.server import Hub
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
 from rfms_can.frame import Frame
+from rfms_can.rendezvous import LOCK_FILE
 
 Connect = Callable[..., HubPort]
 WAIT_S = 0.05
