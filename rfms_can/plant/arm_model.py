@@ -1,4 +1,4 @@
-"""The arm in MuJoCo: the plant's rigid bodies. The only importer of mujoco.
+"""The arm in MuJoCo, and what it meets: the plant's rigid bodies.
 
 MuJoCo integrates the rigid bodies, the drives' armature and viscous friction (implicitly). Dry
 friction, brakes and hard stops are :class:`~rfms_can.plant.friction.DryFriction`'s.
@@ -7,7 +7,6 @@ friction, brakes and hard stops are :class:`~rfms_can.plant.friction.DryFriction
 import contextlib
 import ctypes
 from collections.abc import Sequence
-from math import cos, sin
 from pathlib import Path
 from typing import Final
 
@@ -17,8 +16,9 @@ import numpy as np
 from rfms_can.arm import JOINTS, Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.friction import DryFriction
+from rfms_can.plant.model_builder import WRIST_FORCE, WRIST_TORQUE, compile_model
+from rfms_can.plant.scene import FREE, Scene
 
-GRAVITY: Final = 9.81  # m/s2, along -z of the base
 BRAKE_TORQUE_RATIO: Final = 4.0
 """P: holding torque of a joint's brake over the torque limit of its drive."""
 
@@ -34,16 +34,20 @@ class ArmModel:
     """
 
     def __init__(
-        self, arm: Arm, friction: Sequence[JointFriction], physics_step_s: float = 1e-3
+        self,
+        arm: Arm,
+        friction: Sequence[JointFriction],
+        physics_step_s: float = 1e-3,
+        scene: Scene = FREE,
     ) -> None:
-        """Build the model of ``arm`` from its data, parked; friction per joint.
+        """Build the model of ``arm`` from its data, parked, in a scene; friction per joint.
 
         Raises:
             PlantError: MuJoCo refuses the model, with its text.
         """
         _keep_warnings_to_ourselves()
         _stop_timers()
-        self._model = _compile(arm, friction, physics_step_s)
+        self._model = compile_model(arm, friction, physics_step_s, scene)
         self._data = mujoco.MjData(self._model)
         self._step_s = physics_step_s
         self._limits = arm.joint_limits
@@ -55,6 +59,12 @@ class ArmModel:
         self._qpos, self._qvel = self._data.qpos, self._data.qvel
         self._applied = self._data.qfrc_applied
         self._warnings = self._data.warning.number
+        self._wrist = None
+        if scene.tool is not None:
+            self._wrist = (
+                self._data.sensor(WRIST_FORCE).data,
+                self._data.sensor(WRIST_TORQUE).data,
+            )
         self.q = [0.0] * JOINTS
         self.qd = [0.0] * JOINTS
         self.reset(arm.park)
@@ -123,6 +133,22 @@ class ArmModel:
         rows: list[list[float]] = pose.tolist()
         return rows
 
+    @property
+    def contacts(self) -> int:
+        """Points at which the tool touches a fixture."""
+        return int(self._data.ncon)
+
+    def wrist_force(self) -> list[float]:
+        """What the hand does to the tool, (6,): force, N, and torque about T6, Nm, along T6's axes.
+
+        Weight and inertia of the tool are in it, as in a sensor between the two. Zero without one.
+        """
+        if self._wrist is None:
+            return [0.0] * 6
+        force, torque = self._wrist
+        values: list[float] = [*force.tolist(), *torque.tolist()]
+        return values
+
     def _response(self) -> list[list[float]]:
         """Speed per torque over one step, W = h (M + h B)^-1, (6, 6), rad/s per Nm.
 
@@ -145,44 +171,6 @@ class ArmModel:
             warnings.sort(key=lambda warning: -warning[0])  # the longer on, the more often
             text = " ".join(text for _, text in warnings)
             raise PlantError(f"MuJoCo warned before {self._data.time:.4f} s: {text}")
-
-
-def _compile(arm: Arm, friction: Sequence[JointFriction], physics_step_s: float) -> mujoco.MjModel:
-    """The arm as a MuJoCo model: joint i turns about z of frame i - 1, base on the joint-2 axis."""
-    spec = mujoco.MjSpec()
-    spec.modelname = arm.name
-    spec.option.timestep = physics_step_s
-    spec.option.gravity = [0.0, 0.0, -GRAVITY]
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # damping implicit, all else not
-    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_AUTORESET  # the culprit state stays
-    body, position, quaternion = spec.worldbody, [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
-    for index, (alpha, a, d) in enumerate(arm.dh):
-        link = arm.links[index]
-        body = body.add_body(name=f"link{index + 1}", pos=position, quat=quaternion)
-        lower, upper = arm.joint_limits[index]
-        body.add_joint(
-            name=f"joint{index + 1}",
-            type=mujoco.mjtJoint.mjJNT_HINGE,
-            axis=[0.0, 0.0, 1.0],
-            range=[lower, upper],
-            limited=mujoco.mjtLimited.mjLIMITED_FALSE,  # DryFriction has the stops
-            armature=arm.drives[index].armature,
-            damping=friction[index].viscous,
-        )
-        # A_i = Rz(q) times this fixed part: the link's own frame, seen from its joint.
-        c, s = cos(alpha), sin(alpha)
-        x, y, z = link.com
-        position, quaternion = [a, 0.0, d], [cos(alpha / 2.0), sin(alpha / 2.0), 0.0, 0.0]
-        body.explicitinertial = True
-        body.mass = link.physical_mass
-        body.ipos = [a + x, c * y - s * z, d + s * y + c * z]
-        body.iquat = quaternion
-        body.inertia = link.physical_inertia
-    body.add_site(name="t6", pos=position, quat=quaternion)
-    try:
-        return spec.compile()
-    except ValueError as error:
-        raise PlantError(f"MuJoCo refuses the model of {arm.name}: {error}") from error
 
 
 def _stop_timers() -> None:

@@ -1,0 +1,112 @@
+"""The arm and its scene as a MuJoCo model."""
+
+from collections.abc import Sequence
+from math import cos, sin
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from rfms_can.arm import Arm, JointFriction
+from rfms_can.errors import PlantError
+from rfms_can.plant.scene import Contact, Kind, Scene, Shape, Tool
+
+GRAVITY: Final = 9.81  # m/s2, along -z of the base
+WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
+"""Sensors between hand and tool, at T6."""
+
+_GEOMETRY: Final = {
+    Kind.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+    Kind.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    Kind.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
+}
+TOOL_BIT, FIXTURE_BIT = 1, 2
+"""Tool and fixtures touch one another, none touches its own kind."""
+
+
+def compile_model(
+    arm: Arm, friction: Sequence[JointFriction], physics_step_s: float, scene: Scene
+) -> mujoco.MjModel:
+    """The model: joint i turns about z of frame i - 1, base on the joint-2 axis.
+
+    Raises:
+        PlantError: MuJoCo refuses it, with its text.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = arm.name
+    spec.option.timestep = physics_step_s
+    spec.option.gravity = [0.0, 0.0, -GRAVITY]
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER  # damping implicit, all else not
+    spec.option.disableflags = mujoco.mjtDisableBit.mjDSBL_AUTORESET  # the culprit state stays
+    body, position, quaternion = spec.worldbody, [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
+    for index, (alpha, a, d) in enumerate(arm.dh):
+        link = arm.links[index]
+        body = body.add_body(name=f"link{index + 1}", pos=position, quat=quaternion)
+        lower, upper = arm.joint_limits[index]
+        body.add_joint(
+            name=f"joint{index + 1}",
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=[0.0, 0.0, 1.0],
+            range=[lower, upper],
+            limited=mujoco.mjtLimited.mjLIMITED_FALSE,  # DryFriction has the stops
+            armature=arm.drives[index].armature,
+            damping=friction[index].viscous,
+        )
+        # A_i = Rz(q) times this fixed part: the link's own frame, seen from its joint.
+        c, s = cos(alpha), sin(alpha)
+        x, y, z = link.com
+        position, quaternion = [a, 0.0, d], [cos(alpha / 2.0), sin(alpha / 2.0), 0.0, 0.0]
+        body.explicitinertial = True
+        body.mass = link.physical_mass
+        body.ipos = [a + x, c * y - s * z, d + s * y + c * z]
+        body.iquat = quaternion
+        body.inertia = link.physical_inertia
+    body.add_site(name="t6", pos=position, quat=quaternion)
+    _furnish(spec, scene)
+    if scene.tool is not None:
+        _hold(spec, body.add_body(name="tool", pos=position, quat=quaternion), scene.tool, scene)
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise PlantError(f"MuJoCo refuses the model of {arm.name}: {error}") from error
+
+
+def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
+    """Put the scene's fixtures around the arm."""
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    for shape in scene.fixtures:
+        _add_shape(spec.worldbody, shape, scene.contact, FIXTURE_BIT, TOOL_BIT)
+
+
+def _hold(spec: mujoco.MjSpec, body: mujoco.MjsBody, tool: Tool, scene: Scene) -> None:
+    """Put the tool into the hand, and the sensors between the two."""
+    body.explicitinertial = True
+    body.mass, body.ipos, body.inertia = tool.mass, list(tool.com), list(tool.inertia)
+    for shape in tool.shapes:
+        _add_shape(body, shape, scene.contact, TOOL_BIT, FIXTURE_BIT)
+    body.add_site(name="wrist")
+    for name, kind in (
+        (WRIST_FORCE, mujoco.mjtSensor.mjSENS_FORCE),
+        (WRIST_TORQUE, mujoco.mjtSensor.mjSENS_TORQUE),
+    ):
+        spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrist")
+
+
+def _add_shape(body: mujoco.MjsBody, shape: Shape, contact: Contact, own: int, others: int) -> None:
+    pose = shape.pose
+    rotation = [*(pose.nx, pose.ox, pose.ax), *(pose.ny, pose.oy, pose.ay)]
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.array([*rotation, pose.nz, pose.oz, pose.az]))
+    frequency, impedance = contact.frequency, contact.impedance
+    body.add_geom(
+        type=_GEOMETRY[shape.kind],
+        size=list(shape.size),
+        pos=[pose.px, pose.py, pose.pz],
+        quat=quaternion,
+        contype=own,
+        conaffinity=others,
+        condim=3,
+        friction=[contact.friction, 0.0, 0.0],
+        solref=[-(frequency**2), -2.0 * contact.damping * frequency],
+        solimp=[impedance, impedance, 1e-3, 0.5, 2.0],
+    )
