@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import math
 import struct
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,8 +13,8 @@ import numpy as np
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import Configuration, JointSolver, direct
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.goal import FixedGoal, Moment
-from rfms_can.master.trajectory.segment import Move, whole_ticks
+from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
+from rfms_can.master.trajectory.segment import Move, Transition, whole_ticks
 from rfms_can.master.trajectory.states import Stage
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.transform import Transform
@@ -49,6 +50,30 @@ class MovingGoal:
     def left(self, moment: Moment) -> Transform:
         x, y, z = (step * moment.tick for step in self._step)
         return Transform.translation(x, y, z) @ self._target
+
+    def right(self, moment: Moment) -> Transform:
+        return self._right
+
+    def pose(self, moment: Moment) -> Transform:
+        return self.left(moment) @ self._right
+
+
+class WeavingGoal:
+    """A target that weaves with t and rises with h, as functional transforms do; keeps moments."""
+
+    constant = False
+
+    def __init__(self, target: Transform, width: float = 0.003, rise: float = 0.01) -> None:
+        self._target = target
+        self._width = width
+        self._rise = rise
+        self._right = TOOL.inverse()
+        self.moments: list[Moment] = []
+
+    def left(self, moment: Moment) -> Transform:
+        self.moments.append(moment)
+        y = self._width * math.sin(9.0 * moment.t)
+        return Transform.translation(0.0, y, self._rise * moment.h**2) @ self._target
 
     def right(self, moment: Moment) -> Transform:
         return self._right
@@ -111,6 +136,7 @@ class Rig:
         acceleration_time: float,
         velocity: Sequence[float] = (0.0, 0.0, 0.0),
         *,
+        transition: Transition = Transition.JOINT,
         configuration: Configuration = LEFT_DOWN,
     ) -> None:
         """Request a move of the tool to the golden position ``name``."""
@@ -120,11 +146,36 @@ class Rig:
             if not any(velocity)
             else MovingGoal(target, velocity, self.period_s)
         )
+        times = (segment_time, acceleration_time)
+        self.move_to(mode, goal, *times, transition=transition, configuration=configuration)
+
+    def move_to(
+        self,
+        mode: Mode,
+        goal: Goal,
+        segment_time: float,
+        acceleration_time: float,
+        *,
+        transition: Transition = Transition.JOINT,
+        configuration: Configuration = LEFT_DOWN,
+    ) -> None:
+        """Request a move to ``goal``."""
         self._sequence += 1
         segment, acceleration = self.ticks(segment_time), self.ticks(acceleration_time)
         self.generator.request(
-            Move(self._sequence, goal, mode, segment, acceleration, configuration)
+            Move(self._sequence, goal, mode, segment, acceleration, configuration, transition)
         )
+
+    def curve(
+        self,
+        name: str,
+        segment_time: float,
+        acceleration_time: float,
+        velocity: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Request a straight move with a Cartesian transition."""
+        times = (segment_time, acceleration_time)
+        self.move(Mode.CARTESIAN, name, *times, velocity, transition=Transition.CARTESIAN)
 
     def tick(self) -> list[float]:
         setpoint = self.generator.tick()

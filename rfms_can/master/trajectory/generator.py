@@ -228,12 +228,10 @@ class TrajectoryGenerator:
             self._stopping = False
             self._complete(left)
             if run.next is None and self._schedule.may_depart(Transition.JOINT):
-                run.settle(self._queue.popleft(), tick)
+                run.settle(*self._schedule.take(stage), tick)
         elif event is Event.BEND or (stage is Stage.PRE and run.next is None):
-            upcoming, hand_over = self._schedule.upcoming()
-            if upcoming is not None:
-                self._queue.popleft()
-            (run.bend if event is Event.BEND else run.settle)(upcoming, tick, hand_over)
+            enter = run.bend if event is Event.BEND else run.settle
+            enter(*self._schedule.take(stage), tick)
         setpoint = self._rows[stage](tick)
         if (stage is Stage.START or event is Event.BEND) and not run.segment.rests:
             self._complete(left)

@@ -83,7 +83,7 @@ class SegmentRunner:
             return 1
         return window_for(round(move.acceleration_ticks / self.step)) - 1
 
-    def settle(self, move: Move | None, tick: int, hand_over: float = 0) -> None:
+    def settle(self, move: Move | None, hand_over: float, tick: int) -> None:
         """Fix what follows at ``hand_over``: ``move``, or the transition to rest at this goal."""
         if move is None:
             self.next = self.segment.to_rest()
@@ -119,10 +119,8 @@ class SegmentRunner:
         p = past / (2 * move.acceleration_ticks)
         return self._setpoint(Stage.START, pose, left.configuration, goal, p)
 
-    def bend(self, move: Move | None, tick: int, hand_over: float) -> None:
+    def bend(self, move: Move | None, hand_over: float, tick: int) -> None:
         """Enter the segment of ``move``, or the transition to rest, by a Cartesian transition."""
-        if self.rested:
-            hand_over = self.n
         leaving = Leaving(self.segment, tick - 1, self.n, self.clock, self.step, self._period)
         if move is None:
             segment = self.segment.to_rest()

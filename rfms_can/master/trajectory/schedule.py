@@ -77,14 +77,24 @@ class Schedule:
         if stopping:
             return Event.HALT
         run = self._run
-        upcoming, hand_over = self.upcoming()
+        upcoming, hand_over = self._upcoming()
         move = upcoming or run.segment.move
         if move.transition is Transition.CARTESIAN:
             return Event.BEND if run.n + run.step > hand_over else Event.STAY
         due = run.n + run.step >= hand_over - run.watch_ticks(move) * run.step
         return Event.PREPARE if due and run.step else Event.STAY
 
-    def upcoming(self) -> tuple[Move | None, float]:
+    def take(self, stage: Stage) -> tuple[Move | None, float]:
+        """Take what follows from the queue, and the local time of its hand-over; None is rest."""
+        run = self._run
+        if stage is Stage.IDLE or run.rested:
+            return self._queue.popleft(), run.n
+        move, hand_over = self._upcoming()
+        if move is not None:
+            self._queue.popleft()
+        return move, hand_over
+
+    def _upcoming(self) -> tuple[Move | None, float]:
         """The move that follows without rest, and when; None if there is none or it is too late.
 
         One settled too late for its due time takes over as soon as can be: on the tick after next,
@@ -95,8 +105,10 @@ class Schedule:
         if self._queue:
             move = self._queue[0]
             due = own.segment_ticks - move.acceleration_ticks
-            lead = 0.0 if move.transition is Transition.CARTESIAN else 2.0 * run.step
-            soonest = run.n + max(lead, self._until_steady(move))
+            soonest = run.n + self._until_steady(move)
+            start = run.n + 2.0 * run.step
+            if move.transition is Transition.JOINT and start - due >= run.step:
+                soonest = max(soonest, start)
             if (soonest - due) * LATEST <= move.acceleration_ticks:
                 return move, max(due, soonest)
         due = own.segment_ticks - own.acceleration_ticks
