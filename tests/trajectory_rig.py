@@ -63,7 +63,7 @@ class WeavingGoal:
 
     constant = False
 
-    def __init__(self, target: Transform, width: float = 0.003, rise: float = 0.01) -> None:
+    def __init__(self, target: Transform, width: float = 0.002, rise: float = 0.005) -> None:
         self._target = target
         self._width = width
         self._rise = rise
@@ -72,7 +72,7 @@ class WeavingGoal:
 
     def left(self, moment: Moment) -> Transform:
         self.moments.append(moment)
-        y = self._width * math.sin(9.0 * moment.t)
+        y = self._width * math.sin(4.0 * moment.t)
         return Transform.translation(0.0, y, self._rise * moment.h**2) @ self._target
 
     def right(self, moment: Moment) -> Transform:

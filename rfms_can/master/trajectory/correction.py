@@ -4,7 +4,7 @@ In the frame left of its drive the new path is D(r), the old one, continued, L^-
 between them, a translation and a rotation vector, is added to the new one and faded by the matching
 polynomial (3.18) of all four derivatives.
 Both paths are known, so the derivatives are those of the polynomial through seven of their poses,
-one a period: nothing is estimated from noise.
+a period of local time apart or so: nothing is estimated from noise.
 
 Of two segments that run at one rate along one line, or about one axis, the sum is that motion
 exactly: h of (3.15) and the matching polynomial of a constant rate add up to it.
@@ -22,7 +22,7 @@ from rfms_can.setpoint.blend import NO_MATCH, Derivatives, MatchingPolynomial
 from rfms_can.transform import DriveTransform, Transform
 
 SAMPLES: Final = 7
-"""Poses the derivatives are taken from, the newest at the cycle before the transition."""
+"""Poses the derivatives are taken from, the newest of the cycle before the transition."""
 
 _FIT: Final = np.linalg.inv(np.vander(np.arange(1.0 - SAMPLES, 1.0), increasing=True))
 _FACTORS: Final = [[math.perm(i, order) for i in range(SAMPLES)] for order in range(4)]
@@ -43,22 +43,22 @@ class Correction:
         old: Callable[[int], Transform],
         new: Transform,
         past: float,
-        acceleration_periods: float,
+        acceleration: float,
     ) -> Self:
         """The correction from the path ``old`` to one that starts at ``new``.
 
         Args:
-            old: pose of the old path at a cycle from -6 to 0, in the frame of ``new``.
+            old: pose number -6 to 0 of the old path, in the frame of ``new``.
             new: D(1) of the new path; it rests there, as h of (3.15) begins with four zeros.
-            past: the hand-over, periods after cycle 0; 0 to 1.
-            acceleration_periods: t_acc of the transition at the pace of the hand-over.
+            past: the hand-over, after pose 0.
+            acceleration: t_acc of the transition. Both in units of the time between two poses.
         """
         inverse = new.inverse()
-        samples = [_difference(old(cycle), new, inverse) for cycle in range(1 - SAMPLES, 1)]
+        samples = [_difference(old(k), new, inverse) for k in range(1 - SAMPLES, 1)]
         series = (_FIT @ np.array(samples)).T.tolist()
         return cls(
             tuple(
-                MatchingPolynomial.matching(_derivatives(each, past), acceleration_periods)
+                MatchingPolynomial.matching(_derivatives(each, past), acceleration)
                 for each in series
             )
         )
@@ -106,8 +106,10 @@ class Leaving(NamedTuple):
     def into(self, segment: Segment, hand_over: float) -> Correction:
         """The transition into ``segment``, that begins at local time ``hand_over``."""
         goal, ticks = segment.move.target, segment.move.acceleration_ticks
+        apart = max(1, round(1.0 / self.step))
 
-        def old(cycle: int) -> Transform:
+        def old(k: int) -> Transform:
+            cycle = k * apart
             pose, here = self.pose(cycle)
             h, t = 1.0, here.t
             if not segment.rests:
@@ -116,8 +118,8 @@ class Leaving(NamedTuple):
             return goal.left(start).inverse() @ pose @ goal.right(start).inverse()
 
         new = Transform.identity() if segment.drive is None else segment.drive.at(1.0)
-        past = (hand_over - self.n) / self.step
-        return Correction.between(old, new, past, ticks / self.step)
+        unit = self.step * apart
+        return Correction.between(old, new, (hand_over - self.n) / unit, ticks / unit)
 
 
 def _difference(old: Transform, new: Transform, inverse: Transform) -> list[float]:
