@@ -77,6 +77,8 @@ class Listener(Endpoint):
             self._hears(Emcy, node, partial(self._on_emergency, node), ordered=False)
         self._hears_back(Heartbeat, MASTER, self._on_beat_sent)
         self._hears(Estop, None, self._on_estop)
+        self._estop = self._sends(Estop)
+        self._urgent = False
 
     def _hears_back(self, record: type[Any], node: int, act: Any) -> None:
         """Hear an own frame when it has gone out: the transmit confirmation."""
@@ -163,6 +165,12 @@ class Listener(Endpoint):
             self._answered(one)
         else:
             self.ignored["stale DAC"] += 1
+
+    def emergency_stop(self, reason: str) -> None:
+        """Torque off and brakes on everywhere: ESTOP goes out at the next step, with no wait."""
+        self._out.append(self._estop.frame(*ESTOP_VALUES))
+        self._urgent = True
+        self._halt(reason)
 
     def lose(self, reason: str) -> None:
         """Latch a fault that whoever runs the nodes' processes has seen."""

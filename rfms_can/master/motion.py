@@ -12,10 +12,13 @@ from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.world import WorldModel
 from rfms_can.messages import (
     Answer,
+    FeedRequest,
     Message,
     ModeMessage,
     MoveRequest,
+    PauseRequest,
     PositionMessage,
+    ResumeRequest,
     StopRequest,
     TransformMessage,
 )
@@ -65,6 +68,10 @@ class Motion:
         self.generator.enable(direct(arm, q), configuration)
         self.commanded.reset(q)
 
+    def forget(self) -> None:
+        """Begin with empty symbol tables, for another program; the motion goes on."""
+        self.world = WorldModel(self.world.configuration)
+
     def handle(self, message: Message) -> Answer:
         """Do what a program asks.
 
@@ -82,6 +89,12 @@ class Motion:
                 return self._move(message)
             case StopRequest():
                 self.generator.stop()
+            case PauseRequest():
+                self.generator.pause()
+            case ResumeRequest():
+                self.generator.resume()
+            case FeedRequest(rate):
+                self.generator.set_feed(rate)
             case _:
                 raise ProgramError(f"{type(message).__name__} is no request for motion")
         return NOTED

@@ -7,7 +7,7 @@ is the same on every bus and clock.
 """
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, ProgramError
@@ -30,6 +30,20 @@ SILENCE_COUNTS: Final = 4
 """What a cycle without answers counts for then: in lockstep each takes as long as the barrier."""
 
 
+class Carried(NamedTuple):
+    """A set-point that was sent.
+
+    Attributes:
+        tick: the generator's, one after that at which it was made.
+        cycle: whose SETPOINT it is.
+        sent_ns: when it was handed to the bus.
+    """
+
+    tick: int
+    cycle: int
+    sent_ns: int
+
+
 class Supervisor(Listener):
     """Node 8: supervisor and math processor.
 
@@ -39,6 +53,8 @@ class Supervisor(Listener):
         motion: programs' moves and the trajectory generator.
         statistics: numbers of the run.
         stillness: for how long arm and jaw have stood still.
+        paced: lockstep cycles are no shorter than the period; for a bus that idles.
+        carried: the set-point sent last.
     """
 
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
@@ -49,6 +65,8 @@ class Supervisor(Listener):
         self.motion = Motion(arm, period_s, settings.blend)
         self.statistics = RunStatistics(period_s)
         self.stillness = Stillness(arm)
+        self.paced = settings.paced
+        self.carried = Carried(0, -1, 0)
         self._lockstep = settings.clock is Clock.LOCKSTEP
         self._deadline_ns: int | None = 0
         self._setpoint: CartesianSetpoint | None = None
@@ -93,11 +111,14 @@ class Supervisor(Listener):
 
     def next_deadline_ns(self) -> int | None:
         """Next SYNC, or in lockstep the barrier; before cycles run, the next call for nodes."""
-        return self._deadline_ns
+        return 0 if self._urgent else self._deadline_ns
 
     def on_time(self, now_ns: int) -> Sequence[Frame]:
         """Begin the next cycle, closing an incomplete one; or call for nodes again."""
         deadline_ns = self._deadline_ns
+        if self._urgent:
+            self._urgent = False
+            return self._flush()
         if deadline_ns is None or now_ns < deadline_ns:
             return NOTHING
         self._now_ns = now_ns
@@ -128,6 +149,7 @@ class Supervisor(Listener):
         self._answers.begin(self.phase, cycle)
         if self.phase is Phase.RUN and self._setpoint is not None:
             self.broadcast.setpoint(self._setpoint, cycle, self._out)
+            self.carried = Carried(self.motion.generator.tick_count, cycle, self._now_ns)
         if cycle % HEARTBEAT_EVERY == 0:
             self._beat(state, int(self.fault is not None))
 
@@ -152,7 +174,7 @@ class Supervisor(Listener):
         self.broadcast.gripper = self._gripper_asked
         if not self._lockstep or self._deadline_ns is None:
             return
-        if self.settings.paced:
+        if self.paced:
             self._deadline_ns = self._began_ns + self.settings.period_ns
         else:
             self._begin_cycle(self._now_ns)
@@ -229,6 +251,11 @@ class Supervisor(Listener):
         command = Command.RESET if self.phase is Phase.HALT else Command.STOP
         self._out.append(self.broadcast.command(command))
         self.phase = next_phase(self.phase, PhaseEvent.STOP)
+
+    @property
+    def in_progress(self) -> int:
+        """The cycle under way; between the close of one and the next SYNC the one that is next."""
+        return self.cycle if self._answers.missing else self.cycle + 1
 
     @property
     def ended(self) -> bool:

@@ -6,7 +6,7 @@ from typing import TypeVar
 from rfms_can.errors import EquationError, KinematicsError, ModeError, ProgramError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import FixedGoal
-from rfms_can.messages import T6, ModeMessage, PositionMessage, TransformMessage
+from rfms_can.messages import T6, ModeMessage, PositionMessage, TransformMessage, WorldNames
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Mode
 
@@ -50,6 +50,11 @@ class WorldModel:
         self._transforms: dict[str, Transform] = {}
         self._positions: dict[str, Position] = {}
         self._modes: dict[str, MotionMode] = {}
+
+    def names(self) -> WorldNames:
+        """What the tables hold."""
+        kinds = dict.fromkeys(self._transforms, "value")
+        return WorldNames(kinds, list(self._positions), list(self._modes))
 
     def define_transform(self, message: TransformMessage) -> None:
         """Enter or replace a transform.

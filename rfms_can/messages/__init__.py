@@ -5,6 +5,7 @@ The same messages travel over a link or are handed over as they are, in one proc
 
 from rfms_can.messages.base import MAX_BYTES, T6, Message, Rigid, Vector3, Vector6
 from rfms_can.messages.functions import AnyFunction, Circular, Linear, Table, TableRow, Weave
+from rfms_can.messages.numbers import ServerNumbers
 from rfms_can.messages.requests import (
     ComplyRequest,
     FeedRequest,
@@ -67,6 +68,7 @@ __all__ = [
     "Reply",
     "ResumeRequest",
     "Rigid",
+    "ServerNumbers",
     "Status",
     "StopRequest",
     "Table",

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from rfms_can.messages.base import Message, Name, Rigid, Vector6
+from rfms_can.messages.numbers import ServerNumbers
 from rfms_can.messages.requests import (
     ComplyRequest,
     FeedRequest,
@@ -64,9 +65,9 @@ class LeaseRequest(Message, frozen=True, tag="LEASE"):
 
 
 class Query(Message, frozen=True, tag="QUERY"):
-    """Ask for the status, or for the names the world model has; needs no lease."""
+    """Ask for the status, the names in the world model, the server's numbers; needs no lease."""
 
-    what: Literal["status", "world"] = "status"
+    what: Literal["status", "world", "server"] = "status"
 
 
 class WaitRequest(Message, frozen=True, tag="WAIT"):
@@ -135,6 +136,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
             the move takes over without rest, m and rad; None where the arm rests between.
         held: of a wait the indices of the conditions that hold.
         world: of a query for it.
+        server: of a query for its numbers.
     """
 
     sequence: int = 0
@@ -143,6 +145,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
     via_rotation: float | None = None
     held: list[int] = []
     world: WorldNames | None = None
+    server: ServerNumbers | None = None
 
 
 class Refusal(msgspec.Struct, frozen=True):

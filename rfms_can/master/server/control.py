@@ -1,0 +1,93 @@
+"""Who controls the arm, what becomes of it when nobody does any more, and when time may pass."""
+
+from collections import deque
+from typing import Final
+
+from rfms_can.master.phases import Phase
+from rfms_can.master.report import holds
+from rfms_can.master.server.lease import Lease
+from rfms_can.master.settings import Clock
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.messages import AtRest, LeaseRequest, StopRequest
+
+EVENTS_KEPT: Final = 100
+_AT_REST: Final = AtRest()
+
+
+class Control:
+    """The lease, and the controlled stop of an arm that nobody controls.
+
+    Attributes:
+        lease: who controls the arm.
+        lapses: how often the arm was stopped because nobody did.
+        events: what a person at the server may want to read; whoever shows it empties it.
+    """
+
+    def __init__(self, supervisor: Supervisor) -> None:
+        self.lease = Lease()
+        self.lapses = 0
+        self.events: deque[str] = deque(maxlen=EVENTS_KEPT)
+        self._supervisor = supervisor
+        self._last: str | None = None
+        self._stopping = False
+
+    def handle(self, word: str, request: LeaseRequest, now_ns: int) -> None:
+        """Do what a session asks of the lease.
+
+        Raises:
+            LeaseError: another has it, or nobody.
+        """
+        lease = self.lease
+        if request.action == "acquire":
+            if lease.holder is None:
+                self.events.append(f"{request.name!r} controls the arm")
+            lease.acquire(word, request.name, request.duration_s, now_ns)
+            if word != self._last:  # another program: the names of the last one are not its own
+                self._supervisor.motion.forget()
+            self._last, self._stopping = word, False
+            return
+        lease.check(word, now_ns)
+        if request.action == "renew":
+            lease.extend(request.duration_s, now_ns)
+        else:
+            self._lose("gave the arm back")
+
+    def look(self, now_ns: int) -> str | None:
+        """See whether the lease has lapsed; word of the session whose it was, or None."""
+        if not self.lease.lapsed(now_ns):
+            return None
+        word = self.lease.holder
+        self._lose("did not renew its lease")
+        return word
+
+    def _lose(self, why: str) -> None:
+        """Nobody controls the arm: a controlled stop, if there is anything to stop."""
+        supervisor = self._supervisor
+        text = f"{self.lease.name!r} {why}"
+        self.lease.free()
+        if supervisor.phase is Phase.RUN and not holds(supervisor, _AT_REST):
+            supervisor.handle(StopRequest())
+            self._stopping = True
+            self.lapses += 1
+            text += ": the arm is brought to rest"
+        self.events.append(text)
+
+    def cycle_closed(self) -> None:
+        """See whether an arm that was stopped rests."""
+        supervisor = self._supervisor
+        if self._stopping and (supervisor.phase is not Phase.RUN or holds(supervisor, _AT_REST)):
+            self._stopping = False
+
+    def time_may_pass(self, *, holder_waits: bool) -> bool:
+        """Whether the next cycle may begin: but for real time, coordinators are part of the clock.
+
+        Time passes while the holder of the lease waits, while the arm is not enabled, and while
+        it is brought to rest because nobody controls it.
+        """
+        supervisor = self._supervisor
+        return (
+            holder_waits
+            or self._stopping
+            or supervisor.settings.clock is Clock.REALTIME
+            or supervisor.phase is not Phase.RUN
+        )

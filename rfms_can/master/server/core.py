@@ -1,0 +1,249 @@
+"""The server's core: sessions, lease, waits, emergency stops and the clock rule, without sockets.
+
+Whoever has the sockets hands in what peers sent and when, and sends what is handed back. Nothing a
+peer sends raises: what cannot be read, is out of turn or not allowed is refused with a reason and
+counted.
+"""
+
+from collections import deque
+from typing import Final
+
+from rfms_can.errors import FaultError, LeaseError, LinkError, RfmsError
+from rfms_can.master.server.control import Control
+from rfms_can.master.server.latency import Latency
+from rfms_can.master.server.reading import Head, read_emergency, read_head, read_request
+from rfms_can.master.server.replies import Outgoing, Replies, Result
+from rfms_can.master.server.sessions import Session, Sessions, Wait
+from rfms_can.master.server.waits import Waits
+from rfms_can.master.settings import Clock
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.messages import (
+    Answer,
+    AnyRequest,
+    LeaseRequest,
+    MoveRequest,
+    Query,
+    ServerNumbers,
+    Status,
+    StopRequest,
+    TransformMessage,
+    WaitRequest,
+)
+
+_TIMED: Final = (TransformMessage, MoveRequest, StopRequest)
+"""Requests whose way to the bus is measured."""
+
+
+class Server:
+    """Answers coordinators on behalf of a supervisor.
+
+    Args:
+        supervisor: the master; somebody else runs its bus.
+
+    Attributes:
+        unattended: lockstep cycles that went on although the holder of the lease did not wait.
+    """
+
+    def __init__(self, supervisor: Supervisor) -> None:
+        self.unattended = 0
+        self._supervisor = supervisor
+        self._sessions = Sessions()
+        self._control = Control(supervisor)
+        self._replies = Replies(supervisor, self._control.lease)
+        self._waits = Waits(supervisor, self._sessions, self._replies)
+        self._latency = Latency(supervisor)
+        self._ending = ""
+        self._requests = self._repeated = self._emergencies = 0
+
+    # --- what comes in ------------------------------------------------------------------------
+
+    def receive(self, peer: bytes, data: bytes, now_ns: int) -> list[Outgoing]:
+        """Take a message.
+
+        Args:
+            peer: who sent it, as the sockets tell peers apart.
+            data: the message.
+            now_ns: wall-clock time of its receipt, monotonic.
+
+        Returns:
+            Replies to send; one to a wait comes when it holds.
+        """
+        head = read_head(data)
+        if isinstance(head, str):
+            self._replies.make(peer, 0, LinkError(head))
+        else:
+            lease = self._control.lease
+            if head.session == lease.holder:
+                lease.renew(now_ns)  # whoever speaks is alive
+            self._look(now_ns)
+            self._take(peer, head, now_ns)
+        return self._replies.take()
+
+    def emergency(self, data: bytes) -> list[Outgoing]:
+        """Take what came on the queue of emergency stops; it needs no lease and has no reply.
+
+        Returns:
+            Replies to who waited.
+        """
+        emergency = read_emergency(data)
+        if isinstance(emergency, str):
+            self._replies.refused += 1
+            return []
+        self._emergencies += 1
+        reason = f": {emergency.reason!r}" if emergency.reason else ""
+        self._supervisor.emergency_stop(f"emergency stop by {emergency.name!r}{reason}")
+        self._waits.answer(self._failure())
+        return self._replies.take()
+
+    # --- time ---------------------------------------------------------------------------------
+
+    @property
+    def time_may_pass(self) -> bool:
+        """Whether the next cycle may begin; see ``Control.time_may_pass``."""
+        control = self._control
+        return control.time_may_pass(holder_waits=self._waits.of(control.lease.holder))
+
+    @property
+    def holder(self) -> str | None:
+        """What the holder of the lease calls itself; None if nobody has it."""
+        return self._control.lease.name
+
+    @property
+    def events(self) -> deque[str]:
+        """What a person at the server may want to read; whoever shows it empties it."""
+        return self._control.events
+
+    def close_cycle(self, now_ns: int) -> list[Outgoing]:
+        """A cycle has been closed: answer the waits that hold now. Broadcast ``status`` then.
+
+        Args:
+            now_ns: wall-clock time, monotonic.
+
+        Returns:
+            Replies to send.
+        """
+        self._latency.look()
+        lockstep = self._supervisor.settings.clock is Clock.LOCKSTEP
+        if lockstep and self.holder is not None and not self.time_may_pass:
+            self.unattended += 1
+        self._control.cycle_closed()
+        return self.look(now_ns)
+
+    def look(self, now_ns: int) -> list[Outgoing]:
+        """See whether the lease has lapsed and whether waits hold; now and then, if no cycle ends.
+
+        Args:
+            now_ns: wall-clock time, monotonic.
+
+        Returns:
+            Replies to send.
+        """
+        self._look(now_ns)
+        self._waits.answer(self._failure())
+        return self._replies.take()
+
+    def status(self) -> Status:
+        """The arm's state, as of the last closed cycle."""
+        return self._replies.status()
+
+    def end(self, reason: str) -> list[Outgoing]:
+        """The server ends: tell who waits, and refuse what is asked from now on."""
+        self._ending = reason
+        self._waits.answer(self._failure())
+        return self._replies.take()
+
+    def numbers(self) -> ServerNumbers:
+        """What has been counted so far."""
+        latency = self._latency
+        return ServerNumbers(
+            sessions=len(self._sessions),
+            requests=self._requests,
+            repeated=self._repeated,
+            refused=self._replies.refused,
+            emergencies=self._emergencies,
+            lapses=self._control.lapses,
+            unattended=self.unattended,
+            latency_cycles=list(latency.cycles),
+            latency_ns=list(latency.times),
+            latency_max_ns=latency.longest_ns,
+        )
+
+    # --- one request --------------------------------------------------------------------------
+
+    def _take(self, peer: bytes, head: Head, now_ns: int) -> None:
+        """See that it is its turn, and process it once."""
+        session = self._sessions.find(head.session)
+        due = 1 if session is None else session.serial + 1
+        if head.serial == due:
+            session = session or self._open(head.session)
+            session.peer = peer
+            session.serial = head.serial
+            self._process(session, head, now_ns)
+        elif session is not None and session.knows(head.serial):
+            self._repeated += 1
+            session.peer = peer
+            reply = session.replies.get(head.serial)
+            if reply is not None:
+                self._replies.repeat(peer, reply)
+        else:
+            known = "the session is not known here" if session is None else "out of turn"
+            error = LinkError(f"serial {head.serial}: {known}, {due} is expected")
+            self._replies.make(peer, head.serial, error)
+
+    def _open(self, word: str) -> Session:
+        session, forgotten = self._sessions.open(word, keep=self._control.lease.holder)
+        if forgotten is not None:
+            self._waits.end(forgotten, LinkError("forgotten: too many sessions spoke since"))
+        return session
+
+    def _process(self, session: Session, head: Head, now_ns: int) -> None:
+        self._requests += 1
+        result: Result
+        try:
+            request = read_request(head)
+            if isinstance(request, str):
+                raise LinkError(request)
+            if isinstance(request, WaitRequest):
+                self._check_running()
+                self._waits.begin(session, Wait(head.serial, request.any_of))
+                return
+            result = self._do(session.word, request, now_ns)
+        except RfmsError as error:
+            result = error
+        reply = self._replies.make(session.peer, head.serial, result)
+        session.keep(head.serial, reply, of_wait=False)
+
+    def _do(self, word: str, request: AnyRequest, now_ns: int) -> Answer:
+        """Process a request that is answered at once; raises ``RfmsError`` to refuse it."""
+        supervisor = self._supervisor
+        if isinstance(request, Query):
+            if request.what == "world":
+                return Answer(world=supervisor.motion.world.names())
+            return Answer(server=self.numbers() if request.what == "server" else None)
+        self._check_running()
+        if isinstance(request, LeaseRequest):
+            self._control.handle(word, request, now_ns)
+            return Answer()
+        self._control.lease.check(word, now_ns)
+        answer = supervisor.handle(request)
+        if isinstance(request, _TIMED):
+            self._latency.taken(now_ns)
+        return answer
+
+    def _look(self, now_ns: int) -> None:
+        word = self._control.look(now_ns)
+        session = None if word is None else self._sessions.find(word)
+        if session is not None:
+            lapsed = LeaseError("the lease was not renewed in time: the arm is brought to rest")
+            self._waits.end(session, lapsed)
+
+    def _failure(self) -> RfmsError | None:
+        """Why nothing can be asked of the arm any more, or None."""
+        if self._supervisor.fault is not None:
+            return FaultError(self._supervisor.fault)
+        return LinkError(self._ending) if self._ending else None
+
+    def _check_running(self) -> None:
+        failure = self._failure()
+        if failure is not None:
+            raise failure

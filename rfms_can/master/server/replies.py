@@ -1,0 +1,61 @@
+"""Replies: an answer or a refusal with its reason, and the arm's state; counted and sent later."""
+
+from typing import Final, NamedTuple
+
+import msgspec
+
+from rfms_can.errors import RfmsError
+from rfms_can.master.report import status_of
+from rfms_can.master.server.lease import Lease
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.messages import Answer, Refusal, Reply, Status
+
+Result = Answer | RfmsError
+"""What became of a request."""
+_encode: Final = msgspec.msgpack.Encoder().encode
+
+
+class Outgoing(NamedTuple):
+    """A reply to send, and to whom."""
+
+    peer: bytes
+    data: bytes
+
+
+class Replies:
+    """Makes replies and keeps them until somebody with a socket takes them.
+
+    Attributes:
+        refused: messages refused so far.
+    """
+
+    def __init__(self, supervisor: Supervisor, lease: Lease) -> None:
+        self.refused = 0
+        self._supervisor = supervisor
+        self._lease = lease
+        self._out: list[Outgoing] = []
+
+    def status(self) -> Status:
+        """The arm's state, as of the last closed cycle."""
+        return status_of(self._supervisor, self._lease.name, self.refused)
+
+    def make(self, peer: bytes, serial: int, result: Result) -> bytes:
+        """Reply to a request; a refusal is counted. The bytes, for who asks again."""
+        refusal = answer = None
+        if isinstance(result, RfmsError):
+            self.refused += 1
+            refusal = Refusal(type(result).__name__, str(result))
+        else:
+            answer = result
+        data = _encode(Reply(serial, self.status(), answer, refusal))
+        self.repeat(peer, data)
+        return data
+
+    def repeat(self, peer: bytes, data: bytes) -> None:
+        """Send a reply that was made before."""
+        self._out.append(Outgoing(peer, data))
+
+    def take(self) -> list[Outgoing]:
+        """The replies to send now."""
+        out, self._out = self._out, []
+        return out
