@@ -1,0 +1,57 @@
+"""Raibert and Craig's hybrid control: the error computed between poses (5.7, 5.8).
+
+Their law is tau = K_theta J^-1 (I-S) dx with dx from the desired and the actual pose; ours puts
+J dtheta for dx. Both have the same Jacobian and so the same rows, poles and behaviour for small
+errors. What differs is of second order in the error: the part of dx that J dtheta misses. The
+nodes exchange joint errors alone, so this part is for whoever knows both poses, the master: it
+travels as bias torque, one period late, and is zero where the arm is on its set-point.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.transform import Transform
+
+Matrix = npt.NDArray[np.float64]
+
+_SMALL_ANGLE = 1e-6
+
+
+def cartesian_error(desired: Transform, actual: Transform, frame: Transform) -> Matrix:
+    """How the compliance frame must move from where it is to where it should be.
+
+    Args:
+        desired, actual: T6, set-point and from the encoders.
+        frame: pose of the compliance frame in T6.
+
+    Returns:
+        (6,): displacement, m, and rotation vector, rad, in the actual compliance frame.
+    """
+    change = (actual @ frame).inverse() @ (desired @ frame)
+    nx, ox, ax, px, ny, oy, ay, py, nz, oz, az, pz = change
+    x, y, z = 0.5 * (oz - ay), 0.5 * (ax - nz), 0.5 * (ny - ox)
+    sine, cosine = math.sqrt(x * x + y * y + z * z), 0.5 * (nx + oy + az - 1.0)
+    scale = math.atan2(sine, cosine) / sine if sine > _SMALL_ANGLE else 1.0
+    return np.array([px, py, pz, scale * x, scale * y, scale * z])
+
+
+def cartesian_part(J: Matrix, C: Matrix, dx: Matrix, errors: Matrix) -> Matrix:
+    """J^-1 (I-S) dx less C dtheta: what Raibert and Craig's real error has beside ours.
+
+    Written C J^+ (dx - J dtheta), so that the bounded C bounds it too. Multiplied by the nodes'
+    K_p it is the bias torque that makes their law of ours.
+
+    Args:
+        J: (6, 6), Jacobian of the compliance frame at the actual angles.
+        C: (6, 6), rows of ``hybrid_rows``.
+        dx: (6,), of ``cartesian_error``.
+        errors: (6,), joint errors, rad.
+
+    Returns:
+        (6,), rad; of second order in the errors.
+    """
+    missed = dx - J @ errors
+    part: Matrix = C @ np.linalg.lstsq(J, missed, rcond=1e-6)[0]
+    return part

@@ -1,0 +1,34 @@
+"""The Jacobian of the compliance frame: where and along which axes the arm complies."""
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.errors import TransformError
+from rfms_can.transform import RIGID_TOLERANCE, Transform, differential_transform
+
+Matrix = npt.NDArray[np.float64]
+
+
+def compliance_jacobian(J: Matrix, frame: Transform) -> Matrix:
+    """Joint rates to velocities of the compliance frame, at its origin and along its axes.
+
+    A velocity of T6 becomes one of the frame by the matrix of (2.11); the frame rides on T6.
+
+    Args:
+        J: (6, 6), Jacobian in the T6 frame at its origin.
+        frame: pose of the compliance frame in T6.
+
+    Returns:
+        (6, 6): rows vx vy vz (m) wx wy wz (rad) per radian of theta1 .. theta6.
+
+    Raises:
+        TransformError: ``frame`` is no rotation and translation.
+    """
+    off = frame.rigidity_error()
+    if not off <= RIGID_TOLERANCE:
+        raise TransformError(
+            f"compliance frame {tuple(frame)} is not rigid: n, o, a are {off:.3g} away from a "
+            f"right-handed orthonormal set, {RIGID_TOLERANCE:g} at most"
+        )
+    product: Matrix = np.array(differential_transform(frame)) @ J
+    return product

@@ -1,0 +1,87 @@
+"""Which directions comply: RCCL's words and the selection matrix S of (5.1)."""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.errors import ProgramError
+
+DIRECTIONS: Final = ("fx", "fy", "fz", "rx", "ry", "rz")
+"""Words of the six directions of the compliance frame: along and about its axes."""
+
+
+class SelectionError(ProgramError, ValueError):
+    """A word that names no direction, names one twice, or locks what does not comply."""
+
+
+class Selection(NamedTuple):
+    """s1 to s6, the diagonal of S (5.1): True where force is controlled and the arm complies."""
+
+    fx: bool = False
+    fy: bool = False
+    fz: bool = False
+    rx: bool = False
+    ry: bool = False
+    rz: bool = False
+
+    @classmethod
+    def parse(cls, word: str) -> "Selection":
+        """The directions of a word, e.g. ``"fx fy rx ry"`` for the peg in hole (5.2).
+
+        Raises:
+            SelectionError: an empty word, an unknown direction, or one named twice.
+        """
+        names = word.split()
+        if not names:
+            raise SelectionError(
+                f"selection {word!r} names no direction: give some of {' '.join(DIRECTIONS)}"
+            )
+        for name in names:
+            if name not in DIRECTIONS:
+                raise SelectionError(
+                    f"selection {word!r}: {name!r} is no direction: there are "
+                    f"{', '.join(DIRECTIONS)}"
+                )
+            if names.count(name) > 1:
+                raise SelectionError(f"selection {word!r} names {name} twice: name it once")
+        return cls(*(name in names for name in DIRECTIONS))
+
+    @classmethod
+    def of(cls, selected: Iterable[bool]) -> "Selection":
+        """The selection with these six booleans."""
+        return cls(*(bool(s) for s in selected))
+
+    @property
+    def word(self) -> str:
+        """The word for it; empty if nothing complies."""
+        return " ".join(name for name, s in zip(DIRECTIONS, self, strict=True) if s)
+
+    @property
+    def size(self) -> int:
+        """How many directions comply, 0 to 6."""
+        return sum(self)
+
+    @property
+    def mask(self) -> npt.NDArray[np.bool_]:
+        """(6,), True where the arm complies: picks rows of a Jacobian."""
+        return np.array(self, dtype=np.bool_)
+
+    def with_(self, other: "Selection") -> "Selection":
+        """Both: what complies after ``comply``."""
+        return Selection.of(a or b for a, b in zip(self, other, strict=True))
+
+    def without(self, other: "Selection") -> "Selection":
+        """What still complies after ``lock``.
+
+        Raises:
+            SelectionError: a direction to be locked does not comply.
+        """
+        rigid = [n for n, a, b in zip(DIRECTIONS, self, other, strict=True) if b and not a]
+        if rigid:
+            raise SelectionError(
+                f"lock {other.word!r}: {' '.join(rigid)} does not comply; "
+                f"what does: {self.word or 'nothing'}"
+            )
+        return Selection.of(a and not b for a, b in zip(self, other, strict=True))
