@@ -16,7 +16,7 @@ from rfms_can.node import NOTHING
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, HEARTBEAT_EVERY, JOINTS, PLANT, Wire
 from rfms_can.wire.configuration import plant_hash
-from rfms_can.wire.records import Dac, Estop, Measure, Nmt, Reference, Sync
+from rfms_can.wire.records import Dac, Estop, Force, Measure, Nmt, Reference, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 
 SILENT_CYCLES: Final = 3
@@ -49,6 +49,7 @@ class PlantNode(Endpoint):
         self._force_codes = [0] * len(JOINTS)
         self._measures = [self._sends(Measure, n) for n in (*JOINTS, GRIPPER)]
         self._references = [self._sends(Reference, n) for n in JOINTS]
+        self._force = self._sends(Force, None)
         self._hears(Estop, None, self._on_estop)
         self._hears(Nmt, None, self._on_command, ordered=False)  # a master may start anew
         self._hears(Sync, None, self._on_sync)
@@ -112,7 +113,7 @@ class PlantNode(Endpoint):
             self._arrived[index] = None
 
     def _sample(self, low: int) -> None:
-        """MEASURE of every board; REFERENCE too while the bus homes."""
+        """MEASURE of every board, FORCE with a sensor; REFERENCE too while the bus homes."""
         physics, out = self.physics, self._out
         for index, (counts, current, velocity, index_seen) in enumerate(physics.sample()):
             braked = self._silent[index] >= SILENT_CYCLES
@@ -121,6 +122,9 @@ class PlantNode(Endpoint):
             )
         counts, current = physics.jaw.sample()
         out.append(self._measures[-1].frame(counts, current, 0, low, 0, 0))
+        force = physics.sample_force()
+        if force is not None:
+            out.append(self._force.frame(*force, low))
         if self._bus_state is NodeState.HOMING:
             for index, sender in enumerate(self._references):
                 latched = physics.latched_index_counts(index)

@@ -12,6 +12,8 @@ from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
 from rfms_can.plant.board import Board, Sample
 from rfms_can.plant.jaw import Jaw
+from rfms_can.plant.scene import FREE, Scene
+from rfms_can.plant.wrist_sensor import WristSensor
 
 PHYSICS_STEPS_NS: Final = (1_000_000, 500_000, 250_000, 200_000, 100_000)
 """Physics steps the plant knows, largest first; 1 ms at most."""
@@ -20,10 +22,11 @@ RATES_HZ: Final = (50, 100, 125, 200, 250, 400, 500, 800, 1000, 2000)
 """Rates named to somebody whose own does not fit; all of them do."""
 
 
-def physics_steps(rate_hz: float) -> tuple[int, float]:
+def physics_steps(rate_hz: float, longest_s: float = 1e-3) -> tuple[int, float]:
     """Physics steps per control period, and their length (s), at ``rate_hz``.
 
-    The largest of :data:`PHYSICS_STEPS_NS` that divides the period, in whole nanoseconds.
+    The largest of :data:`PHYSICS_STEPS_NS` up to ``longest_s`` that divides the period, in whole
+    nanoseconds.
 
     Raises:
         PlantError: none does; the message names the period and rates that fit.
@@ -32,7 +35,7 @@ def physics_steps(rate_hz: float) -> tuple[int, float]:
     if period_ns > 0 and abs(period_ns * rate_hz - 1e9) < 1e-3 * rate_hz:
         for step_ns in PHYSICS_STEPS_NS:
             steps, rest = divmod(period_ns, step_ns)
-            if steps and not rest:
+            if steps and not rest and step_ns * 1e-9 <= longest_s:
                 return steps, step_ns * 1e-9
     period = f"a period of {1e3 / rate_hz:.6g} ms" if rate_hz > 0.0 else "no period"
     raise PlantError(
@@ -58,16 +61,28 @@ class PlantPhysics:
         rate_hz: float,
         initial_q: Sequence[float] | None = None,
         part_width: float = 0.0,
+        scene: Scene = FREE,
+        sensor: WristSensor | None = None,
     ) -> None:
         """Power up ``arm`` at ``initial_q`` (6, rad; parked if None), gripper half open.
+
+        Args:
+            arm: the arm.
+            friction_name: its friction set.
+            rate_hz: control rate, Hz.
+            initial_q: joint angles, rad (6).
+            part_width: of what lies between the gripper's jaws, m.
+            scene: what the arm holds and meets.
+            sensor: between hand and tool, or None.
 
         Raises:
             ArmError: no such friction set.
             PlantError: the rate does not fit the physics step, or the pose not the arm.
         """
         self.arm = arm
-        self.steps_per_period, self.step_s = physics_steps(rate_hz)
-        self._model = ArmModel(arm, friction_set(arm, friction_name), self.step_s)
+        self.steps_per_period, self.step_s = physics_steps(rate_hz, scene.longest_step_s)
+        self._model = ArmModel(arm, friction_set(arm, friction_name), self.step_s, scene)
+        self._sensor = sensor
         if initial_q is not None:
             self._model.reset(initial_q)
         self._boards = tuple(Board(arm, joint, q) for joint, q in enumerate(self._model.q))
@@ -112,6 +127,20 @@ class PlantPhysics:
     def sample(self) -> list[Sample]:
         """Counts, current ADC, velocity ADC and index flag of each joint, for MEASURE."""
         return [board.sample() for board in self._boards]
+
+    @property
+    def contacts(self) -> int:
+        """Points at which the tool touches a fixture."""
+        return self._model.contacts
+
+    @property
+    def true_force(self) -> list[float]:
+        """What the hand does to the tool at T6, (6,), N and Nm."""
+        return self._model.wrist_force()
+
+    def sample_force(self) -> list[float] | None:
+        """The wrist sensor's reading, (6,), N and Nm; None without one."""
+        return None if self._sensor is None else self._sensor.sample(self._model.wrist_force())
 
     def coarse(self, joint: int) -> int:
         """Coarse position code (0 to 4095) of joint index ``joint``."""
