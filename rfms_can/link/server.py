@@ -6,6 +6,7 @@ before they are read.
 """
 
 import os
+import select
 from collections.abc import Iterator
 from types import TracebackType
 from typing import IO, Final, Self
@@ -56,6 +57,8 @@ class ServerSocket:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._authenticator = None if keys is None else authenticate(self._context, keys)
         self._requests = self._make(zmq.ROUTER, REQUESTS_QUEUED)
+        self._epoll = select.epoll()
+        self._look_again = True
         self._status = self._make(zmq.PUB, STATUS_QUEUED)
         self._emergency = self._make(zmq.PULL, REQUESTS_QUEUED)
         try:
@@ -68,6 +71,8 @@ class ServerSocket:
         self._poller = zmq.Poller()
         self._poller.register(self._emergency, zmq.POLLIN)
         self._poller.register(self._requests, zmq.POLLIN)
+        for socket in (self._emergency, self._requests):
+            self._epoll.register(socket.fileno(), select.EPOLLIN)
 
     @property
     def _sockets(self) -> "tuple[zmq.Socket[bytes], ...]":
@@ -109,8 +114,20 @@ class ServerSocket:
             except zmq.ZMQError as error:
                 raise LinkError(f"{endpoint} cannot be bound: {error}; choose another") from error
 
+    def pending(self) -> bool:
+        """Whether somebody has sent something: quick enough to ask after every frame.
+
+        ZeroMQ's descriptors tell that something is new, once: what may have been told while we
+        sent, or is left from before, is looked at anyway.
+        """
+        if not self._look_again and not self._epoll.poll(0):
+            return False
+        self._look_again = False
+        return bool(self._poller.poll(0))
+
     def wait(self, timeout_s: float) -> bool:
         """Wait until somebody has sent something; whether somebody has."""
+        self._look_again = True
         return bool(self._poller.poll(max(0, round(timeout_s * 1e3))))
 
     def emergencies(self) -> Iterator[bytes]:
@@ -121,6 +138,7 @@ class ServerSocket:
             except zmq.Again:
                 return
             yield parts[0] if len(parts) == 1 else b""
+        self._look_again = True
 
     def requests(self) -> Iterator[tuple[bytes, bytes]]:
         """Requests that have come: the peer, and the message; of several parts none is one."""
@@ -130,9 +148,11 @@ class ServerSocket:
             except zmq.Again:
                 return
             yield peer, parts[0] if len(parts) == 1 else b""
+        self._look_again = True
 
     def reply(self, peer: bytes, data: bytes) -> None:
         """Answer a peer; one that has gone or does not read gets nothing."""
+        self._look_again = True
         try:
             self._requests.send_multipart((peer, data), zmq.NOBLOCK)
         except zmq.Again:
@@ -144,6 +164,7 @@ class ServerSocket:
 
     def close(self) -> None:
         """Disconnect everybody and free the name."""
+        self._epoll.close()
         for socket in self._sockets:
             socket.close()
         if self._authenticator is not None:

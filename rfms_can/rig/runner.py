@@ -56,13 +56,13 @@ def execute(
         KeyboardInterrupt: ``interrupted`` said so; the arm is braked.
     """
     keeper = None if record is None else Record(record)
-    rig, writer = _rig(settings, keeper, attach)
+    rig, writer = make_rig(settings, keeper, attach)
     try:
         if watch is not None:
             watch(rig)
         session = Session(
             rig,
-            bus_bound=_affordable(settings),
+            bus_bound=affordable(settings),
             progress=progress,
             keep=keeper is not None,
             interrupted=interrupted,
@@ -85,17 +85,23 @@ def _run(
         fault = error
     finally:
         session.close()
-        if keeper is not None:
-            supervisor = session.supervisor
-            keeper.settings(settings, supervisor.arm, supervisor.arm_state.zero_counts)
-            keeper.commanded(session.commanded)
-            keeper.summary(session.result())
+        write_down(session, settings, keeper)
     return Outcome(session.result(), fault)
 
 
-def _rig(
+def write_down(session: Session, settings: RunSettings, keeper: Record | None) -> None:
+    """Complete the record of a run, if there is one."""
+    if keeper is not None:
+        supervisor = session.supervisor
+        keeper.settings(settings, supervisor.arm, supervisor.arm_state.zero_counts)
+        keeper.commanded(session.commanded)
+        keeper.summary(session.result())
+
+
+def make_rig(
     settings: RunSettings, keeper: Record | None, attach: bool
 ) -> tuple[Rig, CandumpWriter | None]:
+    """The nodes on the bus of the settings, and what writes the log where no process does."""
     if not settings.simulated:
         elsewhere = frozenset(OTHERS) if attach else frozenset()
         return ProcessRig(settings, None if keeper is None else keeper.log, elsewhere), None
@@ -107,7 +113,7 @@ def _rig(
     return rig, writer
 
 
-def _affordable(settings: RunSettings) -> float:
+def affordable(settings: RunSettings) -> float:
     """The bound of the bus' load, which a bus that keeps bit times must be able to carry."""
     bound = bus_bound(settings)
     if settings.simulated and bound > 1.0:

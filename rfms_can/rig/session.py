@@ -62,6 +62,8 @@ class Session:
         bus_bound: worst-case load of a cycle, for the result.
         progress: called every ``PROGRESS_EVERY`` cycles.
         keep: keep the commanded trajectory for plots.
+        each_cycle: called once for every closed cycle.
+        threaded: whether in real time the bus has a thread of its own, beside the program's.
         interrupted: whether somebody wants the program to end.
 
     Attributes:
@@ -76,12 +78,14 @@ class Session:
         bus_bound: float | None = None,
         progress: Progress | None = None,
         keep: bool = False,
+        each_cycle: Callable[[], None] | None = None,
+        threaded: bool = True,
         interrupted: Callable[[], bool] = lambda: False,
     ) -> None:
         self.rig = rig
         self.supervisor = rig.supervisor
-        threaded = rig.supervisor.settings.clock is Clock.REALTIME
-        self._thread = ThreadedPump(rig.pump) if threaded else None
+        realtime = rig.supervisor.settings.clock is Clock.REALTIME
+        self._thread = ThreadedPump(rig.pump) if realtime and threaded else None
         self.link = DirectLink(
             rig.supervisor, self._thread or rig.pump, self._on_cycle, interrupted
         )
@@ -89,6 +93,7 @@ class Session:
         self._bus_bound = bus_bound
         self._progress = progress
         self._keep = keep
+        self._each_cycle = each_cycle
         self._enabled_at = self._wall_s = 0.0
         self._error: str | None = None
 
@@ -96,6 +101,8 @@ class Session:
         supervisor = self.supervisor
         if self._keep and self.link.running:
             self.commanded.extend(supervisor.motion.commanded.theta)
+        if self._each_cycle is not None:
+            self._each_cycle()
         if self._progress is not None and supervisor.closed % PROGRESS_EVERY == 0:
             self._progress(self)
 
@@ -112,14 +119,14 @@ class Session:
             program(Arm(self.link))
             self.link.wait(AtRest())
         except FaultError:
-            self._coast(HALT_CYCLES)
+            self.coast(HALT_CYCLES)
             raise
         except BaseException as error:
             self._error = f"{type(error).__name__}: {error}".removesuffix(": ")
-            self._stop_moving()
+            self.stop_moving()
             raise
         finally:
-            self._disable()
+            self.disable()
         return self.result()
 
     def bring_up(self) -> None:
@@ -131,8 +138,8 @@ class Session:
         self.rig.begin_measuring()
         self._enabled_at = time.perf_counter()
 
-    def _stop_moving(self) -> None:
-        """A program failed: controlled stop along the path before the arm is braked."""
+    def stop_moving(self) -> None:
+        """Controlled stop along the path, before the arm is braked; waits until it rests."""
         if self.link.running:
             self.link.request(StopRequest())
             at_rest = AtRest()
@@ -140,7 +147,7 @@ class Session:
                 lambda: holds(self.supervisor, at_rest) or self.supervisor.fault is not None
             )
 
-    def _coast(self, cycles: int) -> None:
+    def coast(self, cycles: int) -> None:
         """Let a halted arm come to rest; not for long on a bus that does not answer."""
         supervisor, statistics = self.supervisor, self.supervisor.statistics
         until, silent = supervisor.closed + cycles, statistics.incomplete + SILENT_CYCLES
@@ -149,7 +156,8 @@ class Session:
                 lambda: supervisor.closed >= until or statistics.incomplete >= silent
             )
 
-    def _disable(self) -> None:
+    def disable(self) -> None:
+        """Torque off and brakes on, for good."""
         if self._enabled_at and not self._wall_s:
             self._wall_s = time.perf_counter() - self._enabled_at
         supervisor = self.supervisor

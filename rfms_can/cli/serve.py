@@ -1,0 +1,172 @@
+"""``rfms serve``: brings the arm up and serves coordinators; ``rfms keys``: who may come by TCP."""
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.progress import Progress, SpinnerColumn, TextColumn
+
+from rfms_can.cli.options import JsonOption, RecordOption, takes_settings
+from rfms_can.cli.report import console, print_result
+from rfms_can.cli.run import CpuOption, FifoOption, LockOption
+from rfms_can.link.address import DEFAULT_NAME, checked
+from rfms_can.link.keys import ServerKeys, new_client_keys, new_server_keys
+from rfms_can.messages import ServerNumbers
+from rfms_can.messages.numbers import LATENCY_EDGES_NS
+from rfms_can.rig.interrupt import signals_noted
+from rfms_can.rig.realtime import be_on_time
+from rfms_can.rig.settings import RunSettings, SettingsError
+
+if TYPE_CHECKING:
+    from rfms_can.rig.serve import Listening, Served, Serving
+
+Shown = Callable[["Serving"], None]
+
+NameOption = Annotated[str, typer.Option("--name", help="what coordinators call the server")]
+TcpOption = Annotated[
+    int | None, typer.Option("--tcp", help="listen on this TCP port and the two after it too")
+]
+BindOption = Annotated[str, typer.Option("--bind", help="TCP address; without keys only loopback")]
+KeysOption = Annotated[
+    Path | None, typer.Option("--keys", help="key directory (rfms keys): TCP by these keys only")
+]
+
+
+@takes_settings()
+def serve(
+    *,
+    settings: RunSettings,
+    name: NameOption = DEFAULT_NAME,
+    tcp: TcpOption = None,
+    bind: BindOption = "127.0.0.1",
+    keys: KeysOption = None,
+    attach: Annotated[
+        bool, typer.Option("--attach", help="the other nodes are on the bus already")
+    ] = False,
+    record: RecordOption = None,
+    fifo: FifoOption = None,
+    cpu: CpuOption = None,
+    mlockall: LockOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Bring the arm up and serve coordinators until Ctrl-C; then stop it and brake."""
+    from rfms_can.rig import serve as rig
+
+    listening = _listening(name, tcp, bind, keys)
+
+    def ready() -> None:
+        if as_json:
+            _line({"ready": name})
+
+    with signals_noted() as interrupt, _status_line(name, quiet=as_json) as shown:
+        served = rig.serve(
+            settings,
+            listening,
+            record=record,
+            attach=attach,
+            watch=lambda _: be_on_time(fifo, cpu, mlockall),
+            ready=ready,
+            shown=shown,
+            interrupted=interrupt,
+        )
+    _report(f"{name} served {settings.arm}, {settings.bus}", served, as_json=as_json)
+    if served.fault is not None:
+        raise served.fault
+
+
+def keys(
+    directory: Annotated[Path, typer.Argument(help="the server's key directory")],
+    client: Annotated[
+        str | None, typer.Option("--client", help="make a pair for this client and let it in")
+    ] = None,
+) -> None:
+    """Make the CURVE keys of a server that listens on TCP, and of its clients."""
+    public = new_server_keys(directory)
+    typer.echo(f"{public}: the server's public key; every client needs a copy")
+    if client is not None:
+        secret = new_client_keys(directory, client)
+        typer.echo(f"{secret}: keys of {client!r}; move it to the client and leave no copy")
+
+
+def _listening(name: str, tcp: int | None, bind: str, keys: Path | None) -> "Listening":
+    from rfms_can.rig.serve import Listening
+
+    if tcp is None:
+        if keys is not None:
+            raise SettingsError("--keys are of TCP connections: give --tcp PORT with them")
+        return Listening(name)
+    return Listening(name, checked(bind, tcp), None if keys is None else ServerKeys.load(keys))
+
+
+@contextmanager
+def _status_line(name: str, *, quiet: bool) -> Iterator[Shown | None]:
+    """Show who controls the arm and what it does, and above it what happens."""
+    if quiet:
+        yield None
+        return
+    columns = (
+        SpinnerColumn(),
+        TextColumn("[bold]{task.description}"),
+        TextColumn("{task.fields[phase]:<9} cycle {task.fields[cycle]:>6}"),
+        TextColumn("{task.fields[state]}", markup=False),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task(name, total=None, phase="ROLL_CALL", cycle=0, state="")
+
+        def show(serving: "Serving") -> None:
+            server = serving.server
+            while server.events:
+                console.print(f"{name}: {server.events.popleft()}", markup=False, highlight=False)
+            status = server.status()
+            who = "nobody" if status.lease is None else repr(status.lease)
+            progress.update(
+                task,
+                phase=status.phase,
+                cycle=status.cycle,
+                state=f"{status.stage:<6} move {status.sequence}  controlled by {who}",
+            )
+
+        yield show
+
+
+def _report(title: str, served: "Served", *, as_json: bool) -> None:
+    numbers = served.numbers
+    if as_json:
+        import msgspec
+
+        _line({**served.result.as_dict(), "server": msgspec.to_builtins(numbers)})
+        return
+    print_result(title, served.result)
+    for line in latency_lines(numbers):
+        console.print(line, markup=False, highlight=False)
+    console.print(
+        f"requests {numbers.requests}, repeated {numbers.repeated}, refused {numbers.refused}; "
+        f"emergency stops {numbers.emergencies}; stopped for want of a lease {numbers.lapses}; "
+        f"cycles without the coordinator {numbers.unattended}",
+        highlight=False,
+    )
+
+
+def latency_lines(numbers: ServerNumbers) -> Iterator[str]:
+    """The histograms: from a request's receipt to the SETPOINT that carries it."""
+    names = ("in the same cycle", "one cycle on", "two cycles on", "later")
+    parts = [f"{n} {name}" for n, name in zip(numbers.latency_cycles, names, strict=True) if n]
+    yield f"from request to SETPOINT: {', '.join(parts) or 'none'}"
+    total = sum(numbers.latency_ns)
+    if not total:
+        return
+    edges = [f"under {edge // 1_000_000} ms" for edge in LATENCY_EDGES_NS]
+    for label, count in zip((*edges, "more"), numbers.latency_ns, strict=True):
+        if count:
+            bar = "#" * max(1, round(40 * count / total))
+            yield f"{label:>12} {count:>7} {bar}"
+    yield f"{'longest':>12} {numbers.latency_max_ns * 1e-6:.2f} ms"
+
+
+def _line(report: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(report) + "\n")
+    sys.stdout.flush()

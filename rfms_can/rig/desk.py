@@ -1,0 +1,62 @@
+"""The server's desk: carries messages between its sockets and its core."""
+
+import time
+from collections.abc import Callable, Iterable
+
+import msgspec
+
+from rfms_can.link.server import ServerSocket
+from rfms_can.master.server.core import Server
+from rfms_can.master.server.replies import Outgoing
+
+_encode = msgspec.msgpack.Encoder().encode
+
+
+class Desk:
+    """Hands what peers send to the core, and what it replies to them.
+
+    Args:
+        server: the core.
+        socket: the sockets.
+        clock: wall-clock time, ns, monotonic.
+    """
+
+    def __init__(
+        self, server: Server, socket: ServerSocket, clock: Callable[[], int] = time.monotonic_ns
+    ) -> None:
+        self._server = server
+        self._socket = socket
+        self._clock = clock
+
+    def serve(self) -> None:
+        """Take what has come, emergency stops first; quick where nothing has."""
+        socket, server = self._socket, self._server
+        if not socket.pending():
+            return
+        for data in socket.emergencies():
+            self._send(server.emergency(data))
+        for peer, data in socket.requests():
+            self._send(server.receive(peer, data, self._clock()))
+
+    def wait(self, timeout_s: float) -> None:
+        """Wait for somebody to send something, serve it, and see whether the lease lapsed."""
+        self._socket.wait(timeout_s)
+        self.serve()
+        self._send(self._server.look(self._clock()))
+
+    def close_cycle(self) -> None:
+        """A cycle has been closed: answer waits, tell everybody the arm's state."""
+        self._send(self._server.close_cycle(self._clock()))
+        self.broadcast()
+
+    def broadcast(self) -> None:
+        """Tell everybody the arm's state."""
+        self._socket.broadcast(_encode(self._server.status()))
+
+    def end(self, reason: str) -> None:
+        """Tell who waits that the server ends."""
+        self._send(self._server.end(reason))
+
+    def _send(self, replies: Iterable[Outgoing]) -> None:
+        for peer, data in replies:
+            self._socket.reply(peer, data)
