@@ -9,8 +9,6 @@ from rfms_can.messages import MAX_BYTES, AnyRequest, EmergencyStop
 
 LARGEST: Final = 1e9
 """Largest magnitude of a number in a message: beyond it none has a meaning in SI units."""
-LONGEST_REASON: Final = 300
-"""Characters of a reason: what a peer sent may be quoted in it."""
 
 
 class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -62,7 +60,7 @@ def read_emergency(data: bytes) -> EmergencyStop | str:
 
 def _reason(error: Exception) -> str:
     text = f"{type(error).__name__}: {error}" if not str(error) else str(error)
-    return f"no message: {text}"[:LONGEST_REASON]
+    return f"no message: {text}"
 
 
 def _wrong_number(value: object, place: str = "") -> str:

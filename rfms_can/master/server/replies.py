@@ -12,6 +12,8 @@ from rfms_can.messages import Answer, Refusal, Reply, Status
 
 Result = Answer | RfmsError
 """What became of a request."""
+LONGEST_REASON: Final = 500
+"""Characters of a reason: what a peer sent may be quoted in it."""
 _encode: Final = msgspec.msgpack.Encoder().encode
 
 
@@ -44,7 +46,7 @@ class Replies:
         refusal = answer = None
         if isinstance(result, RfmsError):
             self.refused += 1
-            refusal = Refusal(type(result).__name__, str(result))
+            refusal = Refusal(type(result).__name__, one_line(str(result)))
         else:
             answer = result
         data = _encode(Reply(serial, self.status(), answer, refusal))
@@ -59,3 +61,9 @@ class Replies:
         """The replies to send now."""
         out, self._out = self._out, []
         return out
+
+
+def one_line(text: str) -> str:
+    """A text that others may have a hand in, fit for one line of a log or a terminal."""
+    shown = (c if c.isprintable() else f"\\u{ord(c):04x}" for c in text[:LONGEST_REASON])
+    return "".join(shown)
