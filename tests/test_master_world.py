@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rfms_can.arm import PUMA_260
-from rfms_can.errors import EquationError, MoveError, ProgramError
+from rfms_can.errors import EquationError, MoveError, ProgramError, TransformError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.motion import Motion
 from rfms_can.master.trajectory.goal import Moment
@@ -49,7 +49,7 @@ TURN = Transform.rotation((0.0, 0.0, 1.0), 0.5)
 
 @pytest.fixture
 def world() -> WorldModel:
-    world = WorldModel(OWN)
+    world = WorldModel(OWN, PERIOD_S)
     world.define_transform(TransformMessage("shift", SHIFT))
     world.define_transform(TransformMessage("turn", TURN))
     return world
@@ -67,7 +67,7 @@ def position(left: str, right: str, **more: str) -> PositionMessage:
 def test_t6_solves_the_equation_wherever_it_stands(
     a: Transform, b: Transform, c: Transform, d: Transform
 ) -> None:
-    world = WorldModel(OWN)
+    world = WorldModel(OWN, PERIOD_S)
     for name, value in zip("abcd", (a, b, c, d), strict=True):
         world.define_transform(TransformMessage(name, value))
     for k, (left, right) in enumerate((("a t6 b", "c d"), ("c d", "a t6 b"))):
@@ -78,7 +78,7 @@ def test_t6_solves_the_equation_wherever_it_stands(
 
 @given(rigid(), rigid(), rigid())
 def test_the_tool_rides_at_the_right_of_t6(tool: Transform, grip: Transform, at: Transform) -> None:
-    world = WorldModel(OWN)
+    world = WorldModel(OWN, PERIOD_S)
     for name, value in (("tool", tool), ("grip", grip), ("at", at)):
         world.define_transform(TransformMessage(name, value))
     every: tuple[tuple[str | None, Transform], ...] = (("tool", tool), (None, tool @ grip))
@@ -134,7 +134,7 @@ def test_a_tool_that_is_not_on_the_hand(world: WorldModel, tool: str) -> None:
 
 def test_an_empty_world_says_so() -> None:
     with pytest.raises(EquationError, match="'part' is not defined; there are: none"):
-        WorldModel(OWN).define_position(position("t6", "part"))
+        WorldModel(OWN, PERIOD_S).define_position(position("t6", "part"))
 
 
 def test_transforms_may_be_redefined_positions_and_modes_may_not(world: WorldModel) -> None:
@@ -150,7 +150,7 @@ def test_transforms_may_be_redefined_positions_and_modes_may_not(world: WorldMod
 
 
 def test_the_arm_itself_cannot_be_defined(world: WorldModel) -> None:
-    with pytest.raises(EquationError, match="'t6' is the arm itself"):
+    with pytest.raises(TransformError, match="'t6' is the arm itself"):
         world.define_transform(TransformMessage("t6", SHIFT))
 
 
@@ -166,7 +166,7 @@ def test_the_arm_itself_cannot_be_defined(world: WorldModel) -> None:
     ],
 )
 def test_what_is_no_rotation_is_no_transform(world: WorldModel, broken: Transform) -> None:
-    with pytest.raises(EquationError, match="transform 'shift' is no rotation: off by"):
+    with pytest.raises(TransformError, match="transform 'shift' is no rotation: off by"):
         world.define_transform(TransformMessage("shift", broken))
     assert world.define_position(position("t6", "shift")).goal.pose(Moment(0)) == SHIFT
 

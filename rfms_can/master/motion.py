@@ -9,7 +9,7 @@ from rfms_can.kinematics import Configuration, configuration_of, direct, singula
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.segment import Move, whole_ticks
-from rfms_can.master.world import WorldModel
+from rfms_can.master.world import Limits, MotionMode, Position, WorldModel
 from rfms_can.messages import (
     Answer,
     FeedRequest,
@@ -47,7 +47,8 @@ class Motion:
         self.commanded = CommandedTrajectory(arm, period_s)
         self.generator = TrajectoryGenerator(period_s, blend, self.commanded.admit)
         self._sequence = 0
-        self.world = WorldModel(Configuration(True, True, True))
+        self.world = WorldModel(Configuration(True, True, True), period_s)
+        self._moves: dict[int, tuple[Position, MotionMode]] = {}
         self.comply = ""
 
     def enable(self, q: Sequence[float]) -> None:
@@ -67,10 +68,12 @@ class Motion:
         self.world.configuration = configuration
         self.generator.enable(direct(arm, q), configuration)
         self.commanded.reset(q)
+        self._moves.clear()
 
     def forget(self) -> None:
         """Begin with empty symbol tables, for another program; the motion goes on."""
-        self.world = WorldModel(self.world.configuration)
+        self.world = WorldModel(self.world.configuration, self._period)
+        self._moves.clear()
 
     def handle(self, message: Message) -> Answer:
         """Do what a program asks.
@@ -80,9 +83,10 @@ class Motion:
         """
         match message:
             case TransformMessage():
-                self.world.define_transform(message)
+                limits = self._limits(message.name)
+                self.world.define_transform(message, self.generator.tick_count, limits)
             case PositionMessage():
-                self.world.define_position(message)
+                self.world.define_position(message, self.generator.tick_count)
             case ModeMessage():
                 self.world.define_mode(message)
             case MoveRequest():
@@ -102,6 +106,8 @@ class Motion:
     def _move(self, request: MoveRequest) -> Answer:
         position = self.world.position(request.position)
         mode = self.world.mode(request.mode)
+        if mode.segment_time is None:
+            raise MoveError(f"to {request.position!r} with {request.mode!r}: it has no time")
         sequence = self._sequence + 1
         move = Move(
             sequence,
@@ -109,14 +115,27 @@ class Motion:
             mode.mode,
             whole_ticks(mode.segment_time, self._period),
             whole_ticks(mode.acceleration_time, self._period),
-            position.configuration,
+            mode.configuration or position.configuration,
+            mode.transition,
         )
         try:
             self.generator.request(move)
         except (MoveError, KinematicsError) as error:
             raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error
         self._sequence = sequence
+        under_way = self.generator.sequence
+        self._moves = {k: move for k, move in self._moves.items() if k >= under_way}
+        self._moves[sequence] = (position, mode)
         return Answer(sequence, segment_time=move.segment_ticks * self._period)
+
+    def _limits(self, transform: str) -> Limits | None:
+        """What a jump of a transform may add to the motion; None if it is in no move accepted."""
+        limits = [
+            mode.limits
+            for sequence, (position, mode) in self._moves.items()
+            if sequence >= self.generator.sequence and position.uses(transform)
+        ]
+        return Limits(*map(min, zip(*limits, strict=True))) if limits else None
 
     def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
         """The set-point of the next cycle, and why it must not be sent, or None."""

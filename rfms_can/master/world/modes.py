@@ -1,0 +1,116 @@
+"""Modes: how a segment is moved (thesis VI.3.1)."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from rfms_can.errors import KinematicsError, ModeError
+from rfms_can.kinematics import Configuration
+from rfms_can.master.trajectory.segment import Transition
+from rfms_can.messages import ModeMessage
+from rfms_can.wire.vocabulary import Mode
+
+
+class Limits(NamedTuple):
+    """What the correction of a reference may add to the motion of the tool.
+
+    Attributes:
+        acceleration: of its origin, m/s2.
+        angular_acceleration: rad/s2.
+    """
+
+    acceleration: float
+    angular_acceleration: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionMode:
+    """How a segment is moved.
+
+    Attributes:
+        name: as defined.
+        mode: straight in joint angles or in space.
+        acceleration_time: t_acc, s.
+        segment_time: t_seg, s, or None: it follows from the speeds.
+        speed, angular_speed: of the tool, m/s and rad/s; None where they do not matter.
+        joint_speed: part of the joints' speed limits, or None.
+        lengthen: whether a segment that breaks a limit is lengthened, or refused.
+        transition: how the segment is entered.
+        limits: what the correction of a reference may add.
+        configuration: instead of the position's, or None.
+    """
+
+    name: str
+    mode: Mode
+    acceleration_time: float
+    segment_time: float | None
+    speed: float | None
+    angular_speed: float | None
+    joint_speed: float | None
+    lengthen: bool
+    transition: Transition
+    limits: Limits
+    configuration: Configuration | None
+
+    @classmethod
+    def from_message(cls, message: ModeMessage) -> "MotionMode":
+        """The mode a message defines.
+
+        Raises:
+            ModeError: it contradicts itself, or has a number that is none.
+        """
+        _check(message)
+        try:
+            words = message.configuration
+            configuration = None if words is None else Configuration.parse(words)
+        except KinematicsError as error:
+            raise ModeError(f"mode {message.name!r}: {error}") from error
+        return cls(
+            message.name,
+            Mode[message.interpolation.upper()],
+            message.acceleration_time,
+            message.segment_time,
+            message.speed,
+            message.angular_speed,
+            message.joint_speed,
+            message.lengthen,
+            Transition[message.transition.upper()],
+            Limits(message.acceleration, message.angular_acceleration),
+            configuration,
+        )
+
+
+def _check(message: ModeMessage) -> None:
+    """Times or speeds, and a transition that goes with the interpolation."""
+    name = f"mode {message.name!r}"
+    speeds = {
+        "speed": message.speed,
+        "angular_speed": message.angular_speed,
+        "joint_speed": message.joint_speed,
+    }
+    given = [speed for speed, value in speeds.items() if value is not None]
+    numbers = {
+        **{speed: speeds[speed] for speed in given},
+        "acceleration_time": message.acceleration_time,
+        "acceleration": message.acceleration,
+        "angular_acceleration": message.angular_acceleration,
+    }
+    if message.segment_time is not None:
+        numbers["segment_time"] = message.segment_time
+    for what, number in numbers.items():
+        if number is None or not 0.0 < number < math.inf:  # also NaN
+            raise ModeError(f"{name}: {what} {number} must be a number more than zero")
+    if message.segment_time is None and not given:
+        raise ModeError(
+            f"{name}: give a segment time or a speed (speed, angular_speed, joint_speed)"
+        )
+    if message.segment_time is not None and given:
+        raise ModeError(
+            f"{name}: a segment time of {message.segment_time:g} s and {' and '.join(given)} "
+            f"contradict one another; give the time, or speeds"
+        )
+    if message.transition == "cartesian" and message.interpolation != "cartesian":
+        raise ModeError(
+            f"{name}: a cartesian transition leads into straight lines in space; give "
+            f"interpolation 'cartesian', or transition 'joint'"
+        )

@@ -1,0 +1,206 @@
+"""Reference transforms: read anew each cycle, changed by what sensors observe (thesis III.3.2)."""
+
+import math
+from collections.abc import Sequence
+from typing import Final, Literal, NamedTuple
+
+from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.world.correction import NO_FADE, NOTHING, Fade, shortest_span
+from rfms_can.master.world.functions import screw
+from rfms_can.master.world.kinds import Inverse
+from rfms_can.master.world.modes import Limits
+from rfms_can.master.world.numbers import OLDEST_S
+from rfms_can.master.world.observed import (
+    REST,
+    Observation,
+    Observations,
+    Prediction,
+    rotation_vector,
+)
+from rfms_can.setpoint.blend import Derivatives
+from rfms_can.transform import Transform
+
+TAKE_OVERS: Final = 8
+"""Moments until the end of a fade at which the next one may take over, besides now."""
+
+_NEAR: Final = (-2, -1, 0, 1, 2)
+"""Ticks around a take-over at which the rotation is looked at."""
+
+
+class Course(NamedTuple):
+    """Where a reference goes, as long as nothing more is observed.
+
+    Attributes:
+        begin: tick from which on it goes there.
+        prediction: of what was observed.
+        fade: what is added to it.
+    """
+
+    begin: int
+    prediction: Prediction
+    fade: Fade = NO_FADE
+
+    def at(self, tick: int, period_s: float) -> Transform:
+        """The value at a tick."""
+        predicted = self.prediction.at(tick * period_s)
+        added = self.fade.at(tick)
+        if added is NOTHING:
+            return predicted
+        x, y, z, ex, ey, ez = added
+        turned = predicted
+        if ex or ey or ez:
+            turned = predicted @ screw(REST, (ex, ey, ez))
+        return turned._replace(px=predicted.px + x, py=predicted.py + y, pz=predicted.pz + z)
+
+    def less(self, new: Prediction, tick: int, period_s: float) -> tuple[Derivatives, ...]:
+        """What to add to a new prediction to go on as before, and its derivatives.
+
+        Of the origin, what is left of the fade and a line. Of the rotation, the rotation vector
+        from the new prediction to the value, less that of the fade, is given by central
+        differences: all of it is known ahead, so that nothing is estimated from noise.
+        """
+        old, time = self.prediction, tick * period_s
+        here, there = old.at(time), new.at(time)
+        places = (here.px - there.px, here.py - there.py, here.pz - there.pz)
+        rates = (v - w for v, w in zip(old.velocity, new.velocity, strict=True))
+        lines = [(x, v, 0.0, 0.0) for x, v in zip(places, rates, strict=True)]
+        middle = self._turn(new, tick, period_s, REST)
+        turns = [self._turn(new, tick + k, period_s, middle) for k in _NEAR]
+        left = [self.fade.at(tick + k)[3:] for k in _NEAR]
+        bends = [
+            _central([turn[i] - fade[i] for turn, fade in zip(turns, left, strict=True)], period_s)
+            for i in range(3)
+        ]
+        faded = self.fade.derivatives(tick)
+        return tuple(_sum(a, b) for a, b in zip((*lines, *bends), faded, strict=True))
+
+    def _turn(
+        self, new: Prediction, tick: int, period_s: float, near: Sequence[float]
+    ) -> list[float]:
+        """The rotation vector from ``new`` to the value; near pi, the one of two at ``near``."""
+        turn = rotation_vector(new.at(tick * period_s).inverse() @ self.at(tick, period_s))
+        angle = math.hypot(*turn)
+        if angle > 1.0 and sum(a * b for a, b in zip(turn, near, strict=True)) < 0.0:
+            factor = 1.0 - 2.0 * math.pi / angle
+            return [factor * component for component in turn]
+        return list(turn)
+
+
+class Reference:
+    """A transform read anew each cycle: a prediction of what was observed, and a fade.
+
+    Its value is a pure function of the tick; an observation changes it between two ticks.
+
+    Args:
+        period_s: of the ticks, s.
+
+    Attributes:
+        lever: greatest distance, m, at which a rotation of it moves the tool (or, of one on the
+            tool's side, T6), over the positions it stands in.
+    """
+
+    __slots__ = (
+        "_course",
+        "_inverse",
+        "_observations",
+        "_period",
+        "_tick",
+        "_upcoming",
+        "_value",
+        "lever",
+    )
+
+    def __init__(self, period_s: float) -> None:
+        self.lever = 0.0
+        self._period: Final = period_s
+        self._observations: Final = Observations(0.5 * period_s, OLDEST_S)
+        self._course = Course(0, Prediction(Transform.identity(), 0.0))
+        self._upcoming: Course | None = None
+        self._inverse: Final = Inverse()
+        self._tick: int | None = None
+        self._value = Transform.identity()
+
+    def observe(
+        self,
+        observation: Observation,
+        predict: Literal["hold", "velocity"],
+        tick: int,
+        limits: Limits | None,
+    ) -> None:
+        """Take an observation, to act from ``tick`` on.
+
+        Args:
+            observation: what was seen; the newest by its time counts.
+            predict: how to go on from it.
+            tick: of the next set-point.
+            limits: of the mode the arm moves with; None if nothing that moves uses this transform,
+                which then jumps, as it does when it is observed first.
+        """
+        known = self._observations.any
+        self._observations.add(observation)
+        held = predict == "hold"
+        prediction = self._observations.held() if held else self._observations.moving()
+        if self._upcoming is not None and tick >= self._upcoming.begin:
+            self._course = self._upcoming
+        self._upcoming = self._tick = None
+        if limits is None or not known:
+            self._course = Course(tick, prediction)
+            return
+        course = self._plan(prediction, tick, limits)
+        if course.begin == tick:
+            self._course = course
+        else:
+            self._upcoming = course
+
+    def at(self, moment: Moment) -> Transform:
+        """Its value at the tick; the same object while it does not change."""
+        tick = moment.tick
+        if tick != self._tick:
+            course = self._course
+            if self._upcoming is not None and tick >= self._upcoming.begin:
+                course = self._upcoming
+            value = course.at(tick, self._period)
+            if value != self._value:
+                self._value = value
+            self._tick = tick
+        return self._value
+
+    def inverse_at(self, moment: Moment) -> Transform:
+        """The inverse of its value."""
+        return self._inverse.of(self.at(moment))
+
+    def _plan(self, prediction: Prediction, tick: int, limits: Limits) -> Course:
+        """From the course under way to the new prediction, as soon as the limits allow.
+
+        The accelerations of a fade under way, which are within the limits, may add to what the new
+        one needs; it then takes over a little later, at its end at the latest, where there are
+        none.
+        """
+        course = self._course
+        left = max(0, course.fade.end - tick)
+        begins = [tick + left * k // TAKE_OVERS for k in range(TAKE_OVERS + 1)]
+        for begin in dict.fromkeys(begins):
+            difference = course.less(prediction, begin, self._period)
+            if not any(map(any, difference)):
+                return Course(begin, prediction)
+            at_rest = begin == tick + left
+            span = shortest_span(difference, limits, self.lever, at_rest=at_rest)
+            if span is not None:
+                fade = Fade.over(difference, begin, span, self._period)
+                return Course(begin, prediction, fade)
+        raise AssertionError("a fade from rest always has a span")
+
+
+def _central(samples: Sequence[float], period_s: float) -> Derivatives:
+    """The middle one of five samples, a period apart, and its derivatives."""
+    a, b, c, d, e = samples
+    return (
+        c,
+        (a - 8.0 * b + 8.0 * d - e) / (12.0 * period_s),
+        (16.0 * (b + d) - (a + e) - 30.0 * c) / (12.0 * period_s**2),
+        (e - a - 2.0 * (d - b)) / (2.0 * period_s**3),
+    )
+
+
+def _sum(a: Derivatives, b: Derivatives) -> Derivatives:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3])

@@ -1,0 +1,96 @@
+"""The symbol table of transforms: definitions, redefinitions, observations."""
+
+from typing import Final
+
+from rfms_can.errors import TransformError
+from rfms_can.master.world.functions import evaluator
+from rfms_can.master.world.kinds import Functional, FunctionalSymbol, Live
+from rfms_can.master.world.modes import Limits
+from rfms_can.master.world.numbers import MAX_SPEED, check_numbers, check_rigid, check_stamp
+from rfms_can.master.world.observed import Observation
+from rfms_can.master.world.reference import Reference
+from rfms_can.master.world.tables import MAX_TRANSFORMS, SymbolTable
+from rfms_can.messages import T6, TransformMessage
+from rfms_can.transform import Transform
+
+
+class Transforms:
+    """Transforms by name; each keeps the kind it was defined with.
+
+    Args:
+        period_s: of the ticks, s.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._period: Final = period_s
+        self.table: Final = SymbolTable[Transform | Live](
+            "transform", MAX_TRANSFORMS, TransformError
+        )
+        self.kinds: Final[dict[str, str]] = {}
+
+    def define(self, message: TransformMessage, tick: int, limits: Limits | None) -> None:
+        """Enter a transform, redefine it, or take an observation of it.
+
+        Raises:
+            TransformError: see :meth:`WorldModel.define_transform`. Nothing has changed.
+        """
+        name, rows = message.name, Transform(*message.rows)
+        self._check(message, rows)
+        if message.kind == "value":
+            self.table[name] = rows
+        elif message.function is not None:
+            function = evaluator(name, message.function)
+            functional = Functional(rows, function, message.function.parameter)
+            known = self.table.get(name)
+            if isinstance(known, FunctionalSymbol):
+                known.current = functional
+            else:
+                self.table[name] = FunctionalSymbol(functional)
+        else:
+            self._observe(message, rows, tick, limits)
+        self.kinds[name] = message.kind
+
+    def _observe(
+        self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
+    ) -> None:
+        name, now = message.name, tick * self._period
+        time = now
+        if message.stamp is not None:
+            check_stamp(name, message.stamp, now, self._period)
+            time = min(message.stamp, now)
+        twist = None
+        if message.twist is not None:
+            check_numbers(name, "its twist", message.twist, MAX_SPEED)
+            vx, vy, vz, wx, wy, wz = message.twist
+            twist = ((vx, vy, vz), (wx, wy, wz))
+        reference = self.table.get(name)
+        if not isinstance(reference, Reference):
+            reference = self.table[name] = Reference(self._period)
+        reference.observe(Observation(rows, time, twist), message.predict, tick, limits)
+
+    def _check(self, message: TransformMessage, rows: Transform) -> None:
+        """What all kinds have in common."""
+        name, kind = message.name, message.kind
+        if name == T6:
+            raise TransformError(f"transform {T6!r} is the arm itself and cannot be defined")
+        check_rigid(name, rows)
+        known = self.kinds.get(name)
+        if known is None:
+            self.table.check_room(name)
+        elif known != kind:
+            raise TransformError(
+                f"transform {name!r} is of kind {known} and stays so, {kind} was asked for; "
+                f"use another name"
+            )
+        if (message.function is None) == (kind == "functional"):
+            has = "no function" if message.function is None else "a function"
+            raise TransformError(
+                f"transform {name!r}: of kind {kind} with {has}; a functional transform has one, "
+                f"and no other has"
+            )
+        observed = message.twist is not None or message.stamp is not None
+        if kind != "reference" and (observed or message.predict != "hold"):
+            raise TransformError(
+                f"transform {name!r}: of kind {kind} with a twist, a stamp or a prediction; only "
+                f"a reference is observed"
+            )
