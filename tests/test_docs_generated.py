@@ -4,11 +4,14 @@ import re
 from collections.abc import Callable
 
 import draw_cli
+import draw_link
 import draw_states
 import draw_wire
+import msgspec
 import pytest
 from generated import DOCS, with_section
 
+from rfms_can import messages
 from rfms_can.codec import load_database
 
 
@@ -16,6 +19,7 @@ from rfms_can.codec import load_database
     ("tool", "file", "render"),
     [
         ("draw_cli.py", "command-line.md", draw_cli.render),
+        ("draw_link.py", "link.md", draw_link.render),
         ("draw_states.py", "states.md", draw_states.render),
         ("draw_wire.py", "wire.md", draw_wire.render),
     ],
@@ -30,6 +34,17 @@ def test_every_identifier_of_the_contract_is_listed_once() -> None:
     for first, last in re.findall(r"^\| 0x(\w+)(?:\.\.0x(\w+))? ", draw_wire.render(), re.M):
         listed.extend(range(int(first, 16), int(last or first, 16) + 1))
     assert listed == sorted(message.frame_id for message in load_database().messages)
+
+
+def test_every_message_of_the_link_is_listed_with_its_meaning() -> None:
+    page = draw_link.render()
+    listed = {cls for _, _, classes in draw_link.GROUPS for cls in classes}
+    known = {cls for cls in vars(messages).values() if isinstance(cls, type)}
+    assert {cls for cls in known if issubclass(cls, msgspec.Struct)} - {messages.Message} == listed
+    for cls in listed - {messages.Envelope}:
+        said = draw_link.meanings(cls)
+        assert set(said) - {""} <= set(cls.__struct_fields__), f"{cls.__name__}: no such field"
+    assert "| `duration_s` | number (>= 0.1, <= 10) | 1.0 | how long it lasts" in page
 
 
 def test_a_file_without_markers_is_refused() -> None:
