@@ -15,6 +15,7 @@ from rfms_can.cli.kin import kin
 from rfms_can.cli.nodes import gripper, joint, master, plant
 from rfms_can.cli.plot import plot
 from rfms_can.cli.run import run
+from rfms_can.cli.serve import keys, serve
 from rfms_can.cli.up import up
 from rfms_can.errors import RfmsError
 
@@ -29,7 +30,22 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for _verb in (demo, run, up, master, joint, gripper, plant, hub, kin, budget, plot, doctor):
+for _verb in (
+    demo,
+    run,
+    serve,
+    keys,
+    up,
+    master,
+    joint,
+    gripper,
+    plant,
+    hub,
+    kin,
+    budget,
+    plot,
+    doctor,
+):
     app.command(_verb.__name__)(_verb)
 
 
