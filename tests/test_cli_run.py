@@ -112,7 +112,7 @@ def test_an_unreachable_position_names_the_distance_and_the_reach(
 
 
 def test_a_joint_limit_names_the_joint_and_the_bound(rfms: Rfms, directory: Path) -> None:
-    hand = "arm.pose", ', configuration="right down flip"'
+    hand = "arm.pose", ', config="right down flip"'
     text = POSITION.format(transform=hand[0], configuration=hand[1])
     line = rfms("run", written(directory, text)).complaint
     assert "joint " in line and " rad" in line and "program.py, line 6" in line

@@ -3,78 +3,18 @@
 import math
 
 import pytest
-from statuses import status
+from fake_link import FakeLink
 
 from rfms_can.coordinator import Arm, Equation, Expression, Transform
-from rfms_can.errors import EquationError, FaultError, MoveError, ProgramError
+from rfms_can.errors import EquationError, FaultError, MoveError, ProgramError, TransformError
 from rfms_can.messages import (
-    Answer,
-    AnyCondition,
-    CycleReached,
     GripperRequest,
-    Message,
     ModeMessage,
-    MoveOver,
     MoveRequest,
     PositionMessage,
-    Status,
     StopRequest,
     TransformMessage,
 )
-
-
-class FakeLink:
-    """Takes every message, and lets a cycle pass whenever a condition does not hold.
-
-    Attributes:
-        heard: messages, in order.
-        now: cycles that have passed.
-        over: last move that is complete.
-        rests_at: cycle at which arm and jaw come to rest.
-        refusal: raised by the next request, if any.
-    """
-
-    def __init__(self) -> None:
-        self.heard: list[Message] = []
-        self.now = 0
-        self.over = 0
-        self.rests_at = 0
-        self.refusal: Exception | None = None
-        self.fault_at: int | None = None
-        self._moves = 0
-
-    def request(self, message: Message) -> Answer:
-        if self.refusal is not None:
-            raise self.refusal
-        self.heard.append(message)
-        if isinstance(message, MoveRequest):
-            self._moves += 1
-            return Answer(self._moves)
-        return Answer()
-
-    def wait(self, *any_of: AnyCondition) -> None:
-        while not any(self._holds(condition) for condition in any_of):
-            self.now += 1
-            if self.now == self.fault_at:
-                raise FaultError("joint 3: OVER_TORQUE (9)")
-            if self.now % 100 == 0:
-                self.over += 1
-
-    def _holds(self, condition: AnyCondition) -> bool:
-        match condition:
-            case MoveOver(sequence):
-                return self.over >= sequence
-            case CycleReached(cycle):
-                return self.now >= cycle
-            case _:
-                return self.now >= self.rests_at
-
-    def status(self) -> Status:
-        return status(
-            cycle=self.now,
-            joints=(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
-            t6=Transform.translation(0.3, 0.2, 0.1),
-        )
 
 
 @pytest.fixture
@@ -95,7 +35,7 @@ def test_a_program_in_the_manner_of_the_thesis(arm: Arm, link: FakeLink) -> None
     part = arm.transform("part", Transform.translation(0.3, 0.1, 0.0))
     above = arm.transform("above", Transform.translation(0.0, 0.0, -0.05))
     over = arm.position("over", arm.t6 @ tool == part @ above, tool=tool)
-    at = arm.position("at", part == arm.t6 @ tool, configuration="left up noflip")
+    at = arm.position("at", part == arm.t6 @ tool, config="left up noflip")
     slow = arm.mode("slow", segment_time=1.0, acceleration_time=0.2, interpolation="cartesian")
     assert [arm.move(over, slow), arm.move(at, slow)] == [1, 2]
     assert link.heard[3:] == [
@@ -150,7 +90,7 @@ def test_expressions_make_nothing_with_other_things() -> None:
 
 
 def test_what_is_no_transform_is_refused_before_it_is_sent(arm: Arm, link: FakeLink) -> None:
-    with pytest.raises(EquationError, match=r"transform 'part': a Transform is needed, not \[1"):
+    with pytest.raises(TransformError, match=r"transform 'part': a Transform is needed, not \[1"):
         arm.transform("part", [1, 2, 3])  # type: ignore[arg-type]
     assert link.heard == []
 
@@ -173,7 +113,7 @@ def test_a_tool_is_one_transform(arm: Arm, link: FakeLink) -> None:
 def test_times_out_of_bounds_are_refused_before_they_are_sent(
     arm: Arm, link: FakeLink, seconds: float
 ) -> None:
-    with pytest.raises(ProgramError, match=r"ModeMessage: .*segment_time"):
+    with pytest.raises(ProgramError, match=r"mode 'odd': .*segment_time"):
         arm.mode("odd", segment_time=seconds, acceleration_time=0.1)
     assert link.heard == []
 
@@ -182,9 +122,9 @@ def test_times_out_of_bounds_are_refused_before_they_are_sent(
 def test_names_out_of_bounds_are_refused_before_they_are_sent(
     arm: Arm, link: FakeLink, name: str
 ) -> None:
-    with pytest.raises(ProgramError, match=r"TransformMessage: .*name"):
+    with pytest.raises(TransformError, match=rf"transform '{name}': .*name"):
         arm.transform(name, Transform.identity())
-    with pytest.raises(ProgramError, match=r"MoveRequest: .*mode"):
+    with pytest.raises(MoveError, match=rf"move to 'at' with '{name}': .*mode"):
         arm.move("at", name)
     assert link.heard == []
 
@@ -193,7 +133,7 @@ def test_an_equation_of_too_many_transforms_is_refused(arm: Arm, link: FakeLink)
     chain = arm.t6
     for _ in range(16):
         chain = chain @ Expression("link")
-    with pytest.raises(ProgramError, match=r"PositionMessage: .*left"):
+    with pytest.raises(EquationError, match=r"position 'far away': .*left"):
         arm.position("far away", chain == Expression("part"))
     assert link.heard == []
 

@@ -25,7 +25,12 @@ from rfms_can.compliance.projector import (
 )
 from rfms_can.compliance.regular import regular_pose
 from rfms_can.compliance.report import Conflict, conflicts, out_of_reach
-from rfms_can.compliance.selection import DIRECTIONS, Selection, SelectionError
+from rfms_can.compliance.selection import (
+    DIRECTIONS,
+    Selection,
+    SelectionError,
+    parse_bias,
+)
 
 __all__ = [
     "COUPLING_LIMIT",
@@ -50,6 +55,7 @@ __all__ = [
     "matched_stiffness",
     "metric_norm",
     "out_of_reach",
+    "parse_bias",
     "position_rows",
     "regular_pose",
     "stiffness_rows",

@@ -1,6 +1,7 @@
 """Which directions comply: RCCL's words and the selection matrix S of (5.1)."""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -85,3 +86,29 @@ class Selection(NamedTuple):
                 f"what does: {self.word or 'nothing'}"
             )
         return Selection.of(a and not b for a, b in zip(self, other, strict=True))
+
+
+def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, tuple[float, ...]]:
+    """What ``comply`` asks: directions, and the bias force or moment along each.
+
+    Args:
+        word: directions, e.g. ``"fx fy rx ry"``.
+        values: one for each direction of the word, in its order, N or N m.
+
+    Returns:
+        The selection, and the bias in the order of ``DIRECTIONS`` (6), zero where it is rigid.
+
+    Raises:
+        SelectionError: as :meth:`Selection.parse`; not a value for each, or one that is none.
+    """
+    selection, names = Selection.parse(word), word.split()
+    if len(values) != len(names):
+        raise SelectionError(
+            f"comply {word!r}: {len(values)} values for {len(names)} directions; give the bias "
+            f"force or moment of each, 0.0 for none"
+        )
+    for name, value in zip(names, values, strict=True):
+        if not math.isfinite(value):
+            raise SelectionError(f"comply {word!r}: the bias of {name} is {value}; give N or N m")
+    bias = dict(zip(names, values, strict=True))
+    return selection, tuple(bias.get(name, 0.0) for name in DIRECTIONS)

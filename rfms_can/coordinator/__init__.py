@@ -1,8 +1,52 @@
-"""The user's program API: transforms, position equations, modes, moves."""
+"""The user's program API: transforms, position equations, modes, moves.
 
-from rfms_can.coordinator.arm import Arm, Gripper
+All a program needs is here: :class:`Arm`, what it defines with it, and the errors it may catch.
+"""
+
+from rfms_can.compliance.selection import SelectionError
+from rfms_can.coordinator.arm import Arm
+from rfms_can.coordinator.definitions import ModeSettings
 from rfms_can.coordinator.equation import Equation, Expression
+from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
+from rfms_can.coordinator.moves import MovePlan
+from rfms_can.errors import (
+    EquationError,
+    FaultError,
+    LeaseError,
+    LinkError,
+    ModeError,
+    MoveError,
+    ProgramError,
+    RfmsError,
+    TransformError,
+)
+from rfms_can.messages import Circular, Linear, Status, Table, TableRow, Weave
 from rfms_can.transform import Transform
 
-__all__ = ["Arm", "Equation", "Expression", "Gripper", "Link", "Transform"]
+__all__ = [
+    "Arm",
+    "Circular",
+    "Equation",
+    "EquationError",
+    "Expression",
+    "FaultError",
+    "Gripper",
+    "LeaseError",
+    "Linear",
+    "Link",
+    "LinkError",
+    "ModeError",
+    "ModeSettings",
+    "MoveError",
+    "MovePlan",
+    "ProgramError",
+    "RfmsError",
+    "SelectionError",
+    "Status",
+    "Table",
+    "TableRow",
+    "Transform",
+    "TransformError",
+    "Weave",
+]

@@ -1,4 +1,4 @@
-"""The program API: a robot coordinator's view of the arm (thesis VI.3.1), in one process.
+"""The program API: a robot coordinator's view of the arm (thesis V.5, VI.3.1).
 
 A program is a function that is given an :class:`Arm`::
 
@@ -10,58 +10,26 @@ A program is a function that is given an :class:`Arm`::
         arm.wait(arm.move(at_part, slow))
         arm.gripper.close()
 
-Time waits while the program runs between two waits; a request takes effect at the next cycle.
+It is the same program in the master's process (``rfms run``) and over the link (``connect``). A
+request takes effect at the next cycle; in virtual time and lockstep time waits while the program
+runs between two waits. Whatever asks something of the arm raises ``FaultError`` once a fault has
+halted it, over the link also ``LeaseError`` and ``LinkError``.
 """
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import Unpack
 
-import msgspec
-
+from rfms_can.coordinator import definitions
+from rfms_can.coordinator.definitions import IDENTITY, ModeSettings, Predict
 from rfms_can.coordinator.equation import Equation, Expression
+from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
-from rfms_can.errors import EquationError, ProgramError
-from rfms_can.messages import (
-    T6,
-    Answer,
-    ArmRequest,
-    AtRest,
-    CycleReached,
-    GripperRequest,
-    JawAtRest,
-    ModeMessage,
-    MoveOver,
-    MoveRequest,
-    PositionMessage,
-    StopRequest,
-    TransformMessage,
-)
+from rfms_can.coordinator.view import ArmView
+from rfms_can.messages import AnyFunction, PauseRequest, ResumeRequest, StopRequest
 from rfms_can.transform import Transform
 
 
-class Gripper:
-    """The gripper: both calls return when the jaw rests, at its stop or on a part."""
-
-    __slots__ = ("_link",)
-
-    def __init__(self, link: Link) -> None:
-        self._link = link
-
-    def open(self, force: float = 1.0) -> None:
-        """Open with a part (0 to 1) of the full force, and wait."""
-        self._command(True, force)
-
-    def close(self, force: float = 1.0) -> None:
-        """Close with a part (0 to 1) of the full force, and wait."""
-        self._command(False, force)
-
-    def _command(self, opens: bool, force: float) -> None:
-        if not 0.0 < force <= 1.0:
-            raise ProgramError(f"gripper force {force} is outside 0..1 (a part of the full force)")
-        self._link.request(GripperRequest(opens, force))
-        self._link.wait(JawAtRest())
-
-
-class Arm:
+class Arm(ArmView):
     """What a user program moves.
 
     Attributes:
@@ -70,21 +38,75 @@ class Arm:
     """
 
     def __init__(self, link: Link) -> None:
+        super().__init__(link)
         self._link = link
-        self.t6 = Expression(T6)
         self.gripper = Gripper(link)
-        self._moves = 0
+
+    # --- the world model ----------------------------------------------------------------------
 
     def transform(self, name: str, value: Transform) -> Expression:
-        """Define a transform of the world model; later definitions replace earlier ones.
+        """Define a transform of kind value; positions defined later take what it is then.
 
         Raises:
-            ProgramError: it is no transform, or the server refuses it.
+            TransformError: it is no transform, or the server refuses it.
         """
-        if not isinstance(value, Transform):
-            raise EquationError(f"transform {name!r}: a Transform is needed, not {value!r}")
-        self._request(TransformMessage(name, value))
+        self._link.request(definitions.value(name, value))
         return Expression(name)
+
+    def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
+        """Define a transform of kind reference: read anew each cycle, also by moves under way.
+
+        Args:
+            name: its name in the world model.
+            value: what it is until it is observed.
+            predict: between observations ``"hold"`` the last, or go on with its ``"velocity"``.
+
+        Raises:
+            TransformError: it is no transform, or the server refuses it.
+        """
+        self._link.request(self._reference(name, value, predict))
+        return Expression(name)
+
+    def functional(
+        self, name: str, function: AnyFunction, base: Transform = IDENTITY
+    ) -> Expression:
+        """Define a transform of kind functional: ``base`` times a function the server computes.
+
+        Args:
+            name: its name in the world model.
+            function: ``Linear``, ``Circular``, ``Weave`` or ``Table`` of the motion parameters
+                h or t (thesis III.3.4); moves asked for later take it.
+            base: what stands left of the function.
+
+        Raises:
+            TransformError: it is no function, or the server refuses it.
+        """
+        self._link.request(definitions.functional(name, function, base))
+        return Expression(name)
+
+    def observe(
+        self,
+        reference: str | Expression,
+        value: Transform,
+        at: float | None = None,
+        twist: Sequence[float] | None = None,
+    ) -> None:
+        """Tell the server where the object of a reference transform was seen.
+
+        The motion under way changes for it, within the acceleration its mode allows.
+
+        Args:
+            reference: its name, or the expression its definition gave.
+            value: where it was seen.
+            at: when: the server's time, s (``arm.time`` less the observation's age); None: now.
+            twist: velocity of its origin, m/s, and its angular velocity, rad/s, in the frame the
+                value is given in (6); estimated from the observations if not given.
+
+        Raises:
+            TransformError: it is no reference of this program, or the observation lies in the
+                future or is too old.
+        """
+        self._link.request(self._observation(reference, value, at, twist))
 
     def position(
         self,
@@ -92,55 +114,39 @@ class Arm:
         equation: Equation,
         *,
         tool: Expression | None = None,
-        configuration: str | None = None,
+        compliance: Expression | None = None,
+        config: str | None = None,
     ) -> str:
-        """Define a position by an equation with ``t6`` in it once.
+        """Define a position by an equation with ``t6`` in it once (3.6).
 
         Args:
             name: its name; a position is defined once.
             equation: e.g. ``arm.t6 @ tool == part @ above``.
             tool: whose frame runs along straight lines; all that stands right of T6 if not given.
-            configuration: e.g. ``"left up noflip"``; the arm's own when enabled if not given.
+            compliance: in whose frame the arm complies; the tool's if not given.
+            config: e.g. ``"left up noflip"``; the arm's own when enabled if not given.
 
         Raises:
             EquationError: it cannot be solved for T6.
         """
-        if not isinstance(equation, Equation):
-            raise EquationError(f"position {name!r}: give an equation like t6 @ tool == part")
-        if tool is not None and not (isinstance(tool, Expression) and len(tool.names) == 1):
-            raise EquationError(
-                f"position {name!r}: tool {tool!r} must be one transform; leave it out to have "
-                f"all that stands right of {T6}"
-            )
-        self._request(
-            PositionMessage(
-                name,
-                list(equation.left),
-                list(equation.right),
-                tool.names[0] if tool is not None else None,
-                configuration=configuration,
-            )
-        )
+        self._link.request(definitions.position(name, equation, tool, compliance, config))
         return name
 
-    def mode(
-        self,
-        name: str,
-        *,
-        segment_time: float,
-        acceleration_time: float,
-        interpolation: Literal["joint", "cartesian"] = "joint",
-    ) -> str:
-        """Define how a segment is moved.
+    def mode(self, name: str, **settings: Unpack[ModeSettings]) -> str:
+        """Define how a segment is moved; a mode is defined once.
 
         Args:
-            name: its name; a mode is defined once.
-            segment_time: t_seg, s, from goal to goal.
-            acceleration_time: t_acc, s: a transition takes twice that.
-            interpolation: ``"joint"`` or ``"cartesian"``.
+            name: its name.
+            **settings: :class:`ModeSettings`: ``acceleration_time``, and ``segment_time`` or
+                speeds.
+
+        Raises:
+            ModeError: it contradicts itself, or a number is out of bounds.
         """
-        self._request(ModeMessage(name, interpolation, acceleration_time, segment_time))
+        self._link.request(definitions.mode(name, settings))
         return name
+
+    # --- motion -------------------------------------------------------------------------------
 
     def move(self, position: str, mode: str) -> int:
         """Move to a position; returns the move's sequence number at once.
@@ -148,8 +154,57 @@ class Arm:
         Raises:
             MoveError: the move breaks a rule, or the arm cannot make it.
         """
-        self._moves = self._request(MoveRequest(position, mode)).sequence
-        return self._moves
+        return self._moves.took(self._link.request(definitions.move(position, mode)))
+
+    def stop(self) -> None:
+        """Bring the arm to rest on its path, forget the moves that wait, and wait for rest."""
+        self._link.request(StopRequest())
+        self.wait()
+
+    def pause(self) -> None:
+        """Bring the arm to rest on its path and keep the moves; returns at once."""
+        self._link.request(PauseRequest())
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        self._link.request(ResumeRequest())
+
+    def feed(self, rate: float) -> None:
+        """Run all segments slower on the same path.
+
+        Args:
+            rate: part of the speed the modes ask for, 0.05 to 1.
+
+        Raises:
+            ProgramError: it is out of bounds.
+        """
+        self._link.request(definitions.feed(rate))
+
+    def comply(self, word: str, *values: float) -> None:
+        """Comply in some directions of the compliance frame from the next move on (thesis V.5).
+
+        Args:
+            word: some of ``fx fy fz rx ry rz``, each once, e.g. ``"fx fy rx ry"``.
+            *values: the bias force or moment along each, N or N m.
+
+        Raises:
+            SelectionError: a word that is no direction or comes twice, or not a value for each.
+        """
+        self._link.request(definitions.comply(word, values))
+
+    def lock(self, word: str) -> None:
+        """Comply no more in some directions.
+
+        Raises:
+            SelectionError: a word that is no direction or comes twice, or does not comply.
+        """
+        self._link.request(definitions.lock(word))
+
+    def release(self) -> None:
+        """Open the gripper, as RCCL's programs say it."""
+        self.gripper.open()
+
+    # --- time ---------------------------------------------------------------------------------
 
     def wait(self, sequence: int | None = None) -> None:
         """Wait until a move is complete, or, without a number, until the arm is at rest.
@@ -159,40 +214,13 @@ class Arm:
 
         Raises:
             ProgramError: no move has that number.
-            FaultError: the run was halted.
         """
-        link = self._link
-        if sequence is not None and not 0 < sequence <= self._moves:
-            raise ProgramError(
-                f"wait for move {sequence}: {self._moves} moves have been asked for; "
-                f"give a number that move() returned"
-            )
-        link.wait(AtRest() if sequence is None else MoveOver(sequence))
+        self._link.wait(self._moves.over(sequence))
 
     def sleep(self, seconds: float) -> None:
-        """Let the arm go on for a time of its own clock."""
-        status = self._link.status()
-        self._link.wait(CycleReached(status.cycle + round(seconds / status.period)))
+        """Let the arm go on for a time of its own clock, in whole control periods.
 
-    def stop(self) -> None:
-        """Bring the arm to rest on its path, forget the moves that wait, and wait for rest."""
-        self._request(StopRequest())
-        self.wait()
-
-    @property
-    def joints(self) -> tuple[float, ...]:
-        """Measured joint angles, rad (6)."""
-        return self._link.status().joints
-
-    @property
-    def pose(self) -> Transform:
-        """Measured T6."""
-        return Transform(*self._link.status().t6)
-
-    def _request(self, message: ArmRequest) -> Answer:
-        """Check a message as if it had come over a link, and hand it over."""
-        try:
-            checked = msgspec.convert(msgspec.to_builtins(message), type=type(message))
-        except msgspec.ValidationError as error:
-            raise ProgramError(f"{type(message).__name__}: {error}") from error
-        return self._link.request(checked)
+        Raises:
+            ProgramError: the time is negative or none.
+        """
+        self._link.wait(self._after(seconds))

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from rfms_can.arm import Arm
+from rfms_can.compliance.selection import Selection, parse_bias
 from rfms_can.errors import KinematicsError, MoveError, ProgramError
 from rfms_can.kinematics import Configuration, configuration_of, direct, singularity_margins
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
@@ -12,7 +13,9 @@ from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.world import Limits, MotionMode, Position, WorldModel
 from rfms_can.messages import (
     Answer,
+    ComplyRequest,
     FeedRequest,
+    LockRequest,
     Message,
     ModeMessage,
     MoveRequest,
@@ -38,7 +41,6 @@ class Motion:
         generator: the supervisor's half of the trajectory generator.
         commanded: the commanded trajectory, in double precision.
         world: symbol tables.
-        comply: directions the program has asked to comply in.
     """
 
     def __init__(self, arm: Arm, period_s: float, blend: Blend) -> None:
@@ -49,7 +51,7 @@ class Motion:
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True), period_s)
         self._moves: dict[int, tuple[Position, MotionMode]] = {}
-        self.comply = ""
+        self._complies = Selection()
 
     def enable(self, q: Sequence[float]) -> None:
         """Hold where the encoders say the arm is (rad); moves start from there.
@@ -71,7 +73,8 @@ class Motion:
         self._moves.clear()
 
     def forget(self) -> None:
-        """Begin with empty symbol tables, for another program; the motion goes on."""
+        """Begin with empty symbol tables and rigid, for another program; the motion goes on."""
+        self._complies = Selection()
         self.world = WorldModel(self.world.configuration, self._period)
         self._moves.clear()
 
@@ -99,6 +102,11 @@ class Motion:
                 self.generator.resume()
             case FeedRequest(rate):
                 self.generator.set_feed(rate)
+            case ComplyRequest(word, values):
+                added, _ = parse_bias(word, values)
+                self._complies = self._complies.with_(added)
+            case LockRequest(word):
+                self._complies = self._complies.without(Selection.parse(word))
             case _:
                 raise ProgramError(f"{type(message).__name__} is no request for motion")
         return NOTED
@@ -144,6 +152,11 @@ class Motion:
             self.enable(self.commanded.theta)
         setpoint = generator.tick()
         return setpoint, self.commanded.check(setpoint)
+
+    @property
+    def comply(self) -> str:
+        """Directions the program has asked to comply in, e.g. ``"fx fy rx ry"``."""
+        return self._complies.word
 
     @property
     def moves(self) -> bool:

@@ -88,6 +88,10 @@ class DirectLink:
         """The arm's state, as of the last closed cycle."""
         return status_of(self._supervisor)
 
+    def time(self) -> float:
+        """The arm's clock, s: that of the last closed cycle."""
+        return self.status().time
+
     @property
     def running(self) -> bool:
         """Whether the arm is enabled."""

@@ -1,0 +1,249 @@
+"""What a program defines and asks, as messages: built and checked here, before anything is sent.
+
+Both twins of the program API, :class:`Arm` and :class:`AsyncArm`, build their messages here. The
+checks are those of the message types, so a wrong number is told with the line of the program; the
+server makes them again, and those that need the world model.
+"""
+
+from collections.abc import Mapping
+from typing import Any, Final, Literal, Required, TypedDict, TypeVar
+
+import msgspec
+
+from rfms_can.compliance.selection import Selection, parse_bias
+from rfms_can.coordinator.equation import Equation, Expression
+from rfms_can.errors import (
+    EquationError,
+    ModeError,
+    MoveError,
+    ProgramError,
+    TransformError,
+)
+from rfms_can.messages import (
+    T6,
+    AnyFunction,
+    ComplyRequest,
+    FeedRequest,
+    GripperRequest,
+    LockRequest,
+    Message,
+    ModeMessage,
+    MoveRequest,
+    PositionMessage,
+    TransformMessage,
+    Vector6,
+)
+from rfms_can.transform import Transform
+
+IDENTITY: Final = Transform.identity()
+Predict = Literal["hold", "velocity"]
+Checked = TypeVar("Checked", bound=Message)
+
+
+class ModeSettings(TypedDict, total=False):
+    """How a segment is moved (thesis VI.3.1).
+
+    The time of a segment is given, or follows from speeds: the longest any of them asks for.
+
+    Attributes:
+        acceleration_time: t_acc, s: a transition takes twice that.
+        segment_time: t_seg, s, from goal to goal; or speeds instead.
+        speed, angular_speed: of the tool from goal to goal, m/s and rad/s.
+        joint_speed: part (0 to 1) of the joints' speed limits.
+        interpolation: ``"joint"``, the default, or ``"cartesian"``: straight in space.
+        transition: ``"joint"``, the default, or ``"cartesian"``: between straight lines keep to
+            the path in space.
+        lengthen: whether a segment that breaks a speed or acceleration limit is lengthened; it is
+            refused otherwise, the default.
+        acceleration, angular_acceleration: what correcting a reference transform may add to the
+            tool's motion, m/s2 and rad/s2; 1 and 5 if not given.
+        config: e.g. ``"left up noflip"``, instead of the position's.
+    """
+
+    acceleration_time: Required[float]
+    segment_time: float | None
+    speed: float | None
+    angular_speed: float | None
+    joint_speed: float | None
+    interpolation: Literal["joint", "cartesian"]
+    transition: Literal["joint", "cartesian"]
+    lengthen: bool
+    acceleration: float
+    angular_acceleration: float
+    config: str | None
+
+
+def value(name: str, pose: Transform) -> TransformMessage:
+    """A transform of kind value.
+
+    Raises:
+        TransformError: it is no transform, or the name is empty or too long.
+    """
+    return _transform(TransformMessage(name, _pose(name, pose)))
+
+
+def reference(name: str, pose: Transform, predict: Predict) -> TransformMessage:
+    """A transform of kind reference; raises as :func:`value` does."""
+    return _transform(TransformMessage(name, _pose(name, pose), kind="reference", predict=predict))
+
+
+def functional(name: str, function: AnyFunction, base: Transform) -> TransformMessage:
+    """A transform of kind functional: ``base`` times the function.
+
+    Raises:
+        TransformError: it is no function, or one of its numbers is none.
+    """
+    if not isinstance(function, AnyFunction):
+        raise TransformError(
+            f"transform {name!r}: {function!r} is no function: Linear, Circular, Weave or Table; "
+            f"the server computes it, so it cannot be Python"
+        )
+    return _transform(
+        TransformMessage(name, _pose(name, base), kind="functional", function=function)
+    )
+
+
+def observation(
+    of: str | Expression,
+    pose: Transform,
+    at: float | None,
+    twist: Vector6 | None,
+    references: Mapping[str, Predict],
+) -> TransformMessage:
+    """An observation of a reference.
+
+    Args:
+        of: its name, or the expression its definition gave.
+        pose: what was seen.
+        at: the server's time then, s; None: now.
+        twist: velocity and angular velocity that were seen, m/s and rad/s; None: estimated.
+        references: how those of the program are predicted.
+
+    Raises:
+        TransformError: the program has defined no such reference, or it is no transform.
+    """
+    name = str(of)
+    predict = references.get(name)
+    if predict is None:
+        raise TransformError(
+            f"transform {name!r} is no reference of this program, and only these are observed: "
+            f"{', '.join(references) or 'none'}; define it with reference()"
+        )
+    message = TransformMessage(
+        name, _pose(name, pose), kind="reference", predict=predict, twist=twist, stamp=at
+    )
+    return _transform(message)
+
+
+def position(
+    name: str,
+    equation: Equation,
+    tool: Expression | None,
+    compliance: Expression | None,
+    config: str | None,
+) -> PositionMessage:
+    """A position by its equation.
+
+    Raises:
+        EquationError: it is no equation with T6 in it once, or tool or compliance frame are not
+            one transform each.
+    """
+    if not isinstance(equation, Equation):
+        raise EquationError(f"position {name!r}: give an equation like t6 @ tool == part")
+    times = (*equation.left, *equation.right).count(T6)
+    if times != 1:
+        raise EquationError(
+            f"position {name!r}: {T6} stands {times} times in {equation!r}; it must stand there "
+            f"once, as in t6 @ tool == part"
+        )
+    message = PositionMessage(
+        name,
+        list(equation.left),
+        list(equation.right),
+        _single(name, "tool", tool),
+        _single(name, "compliance", compliance),
+        config,
+    )
+    return checked(message, EquationError, f"position {name!r}")
+
+
+def mode(name: str, settings: ModeSettings) -> ModeMessage:
+    """A mode.
+
+    Raises:
+        ModeError: a setting that does not exist, is missing, or is out of bounds.
+    """
+    given: dict[str, Any] = {"interpolation": "joint", **settings}
+    configuration = given.pop("config", None)
+    try:
+        message = ModeMessage(name, configuration=configuration, **given)
+    except TypeError as error:
+        raise ModeError(f"mode {name!r}: {error}; see ModeSettings") from error
+    return checked(message, ModeError, f"mode {name!r}")
+
+
+def move(to: str, with_mode: str) -> MoveRequest:
+    """A move; ``MoveError`` if the names are none."""
+    return checked(MoveRequest(to, with_mode), MoveError, f"move to {to!r} with {with_mode!r}")
+
+
+def gripper(opens: bool, force: float) -> GripperRequest:
+    """A gripper command.
+
+    Raises:
+        ProgramError: the force is no part of the full one.
+    """
+    if not 0.0 < force <= 1.0:
+        raise ProgramError(f"gripper force {force} is outside 0..1 (a part of the full force)")
+    return GripperRequest(opens, force)
+
+
+def feed(rate: float) -> FeedRequest:
+    """A feed rate; ``ProgramError`` if it is out of bounds."""
+    return checked(FeedRequest(rate), ProgramError, f"feed rate {rate}")
+
+
+def comply(word: str, values: tuple[float, ...]) -> ComplyRequest:
+    """Directions to comply in, with their bias forces; ``SelectionError`` as the server raises."""
+    parse_bias(word, values)
+    return ComplyRequest(word, list(values))
+
+
+def lock(word: str) -> LockRequest:
+    """Directions not to comply in any more; ``SelectionError`` as the server raises."""
+    Selection.parse(word)
+    return LockRequest(word)
+
+
+def checked(message: Checked, error_class: type[ProgramError], what: str) -> Checked:
+    """The message as the server would read it.
+
+    Raises:
+        ProgramError: of the class given: a field is of a wrong type or out of bounds.
+    """
+    try:
+        return msgspec.convert(msgspec.to_builtins(message), type=type(message))
+    except (msgspec.ValidationError, TypeError) as error:
+        raise error_class(f"{what}: {error}") from error
+
+
+def _transform(message: TransformMessage) -> TransformMessage:
+    return checked(message, TransformError, f"transform {message.name!r}")
+
+
+def _pose(name: str, pose: Transform) -> Transform:
+    if not isinstance(pose, Transform):
+        raise TransformError(f"transform {name!r}: a Transform is needed, not {pose!r}")
+    return pose
+
+
+def _single(name: str, what: str, expression: Expression | None) -> str | None:
+    """The name of the one transform that is tool or compliance frame."""
+    if expression is None:
+        return None
+    if not isinstance(expression, Expression) or len(expression.names) != 1:
+        raise EquationError(
+            f"position {name!r}: {what} {expression!r} must be one transform; leave it out to have "
+            f"all that stands right of {T6}"
+        )
+    return expression.names[0]

@@ -1,0 +1,79 @@
+"""The moves a program has asked for: their numbers, and how the server plans to make them."""
+
+from collections import OrderedDict
+from typing import Final, NamedTuple
+
+from rfms_can.errors import ProgramError
+from rfms_can.messages import Answer, AnyCondition, AtRest, MoveOver
+
+PLANS_KEPT: Final = 256
+
+
+class MovePlan(NamedTuple):
+    """How the server will make a move.
+
+    Attributes:
+        sequence: the move's number.
+        segment_time: t_seg, s: as the mode gave it, lengthened, or from its speeds.
+        via_deviation, via_rotation: how near the tool comes to the goal before this one, where
+            this move takes over without rest, m and rad; None where the arm rests between.
+    """
+
+    sequence: int
+    segment_time: float | None
+    via_deviation: float | None
+    via_rotation: float | None
+
+
+class Moves:
+    """The moves of one program; the server's numbers need not begin at 1 for it."""
+
+    __slots__ = ("_count", "_last", "_plans")
+
+    def __init__(self) -> None:
+        self._plans: OrderedDict[int, MovePlan] = OrderedDict()
+        self._count = self._last = 0
+
+    def took(self, answer: Answer) -> int:
+        """The server has accepted a move: its number."""
+        sequence = answer.sequence
+        self._plans[sequence] = MovePlan(
+            sequence, answer.segment_time, answer.via_deviation, answer.via_rotation
+        )
+        if len(self._plans) > PLANS_KEPT:
+            self._plans.popitem(last=False)
+        self._count += 1
+        self._last = sequence
+        return sequence
+
+    def plan(self, sequence: int) -> MovePlan:
+        """How a move will be made; the last ``PLANS_KEPT`` are known.
+
+        Raises:
+            ProgramError: no move has that number, or it was too long ago.
+        """
+        self._check(sequence, "plan of")
+        if sequence not in self._plans:
+            raise ProgramError(
+                f"plan of move {sequence}: it was too long ago, those of the last {PLANS_KEPT} "
+                f"moves are kept"
+            )
+        return self._plans[sequence]
+
+    def over(self, sequence: int | None) -> AnyCondition:
+        """What to wait for: that a move is complete, or, without a number, rest.
+
+        Raises:
+            ProgramError: no move has that number.
+        """
+        if sequence is None:
+            return AtRest()
+        self._check(sequence, "wait for")
+        return MoveOver(sequence)
+
+    def _check(self, sequence: int, what: str) -> None:
+        if not self._last - self._count < sequence <= self._last:
+            raise ProgramError(
+                f"{what} move {sequence}: {self._count} moves have been asked for; "
+                f"give a number that move() returned"
+            )

@@ -1,0 +1,76 @@
+"""What both twins of the program API have in common: all that needs no waiting."""
+
+from collections.abc import Sequence
+
+from rfms_can.coordinator import definitions
+from rfms_can.coordinator.definitions import Predict
+from rfms_can.coordinator.equation import Expression
+from rfms_can.coordinator.link import State
+from rfms_can.coordinator.moves import MovePlan, Moves
+from rfms_can.errors import ProgramError
+from rfms_can.messages import T6, CycleReached, Status, TransformMessage, Vector6
+from rfms_can.transform import Transform
+
+
+class ArmView:
+    """What a program sees of the arm.
+
+    Attributes:
+        t6: the arm itself, in position equations.
+    """
+
+    def __init__(self, state: State) -> None:
+        self.t6 = Expression(T6)
+        self._state = state
+        self._moves = Moves()
+        self._references: dict[str, Predict] = {}
+
+    @property
+    def status(self) -> Status:
+        """The arm's state, as of the last closed cycle that is known here."""
+        return self._state.status()
+
+    @property
+    def time(self) -> float:
+        """The server's time, s: what observations are stamped with.
+
+        In virtual time and lockstep it stands between two waits and is exact; in real time it
+        goes on, and may lag behind the server's by less than a period.
+        """
+        return self._state.time()
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        """Measured joint angles, rad (6)."""
+        return self.status.joints
+
+    @property
+    def pose(self) -> Transform:
+        """Measured T6."""
+        return Transform(*self.status.t6)
+
+    def plan(self, sequence: int) -> MovePlan:
+        """How the server makes a move: its time, and how near it comes to the goal before it.
+
+        Raises:
+            ProgramError: no move has that number, or it was too long ago.
+        """
+        return self._moves.plan(sequence)
+
+    def _reference(self, name: str, pose: Transform, predict: Predict) -> TransformMessage:
+        message = definitions.reference(name, pose, predict)
+        self._references[name] = predict
+        return message
+
+    def _observation(
+        self, of: str | Expression, pose: Transform, at: float | None, twist: Sequence[float] | None
+    ) -> TransformMessage:
+        exact: Vector6 | None = None if twist is None else tuple(twist)  # type: ignore[assignment]
+        return definitions.observation(of, pose, at, exact, self._references)
+
+    def _after(self, seconds: float) -> CycleReached:
+        """The cycle that is so many seconds ahead."""
+        if not 0.0 <= seconds < float("inf"):
+            raise ProgramError(f"sleep of {seconds} s: give a time, zero or more")
+        status = self.status
+        return CycleReached(status.cycle + round(seconds / status.period))
