@@ -16,6 +16,7 @@ from rfms_can.cli.nodes import gripper, joint, master, plant
 from rfms_can.cli.plot import plot
 from rfms_can.cli.run import run
 from rfms_can.cli.serve import keys, serve
+from rfms_can.cli.stability import stability
 from rfms_can.cli.up import up
 from rfms_can.errors import RfmsError
 
@@ -43,6 +44,7 @@ for _verb in (
     hub,
     kin,
     budget,
+    stability,
     plot,
     doctor,
 ):

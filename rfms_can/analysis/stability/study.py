@@ -1,0 +1,232 @@
+"""One question about stability: an arm, a law, gains, a selection and a compliance frame."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.analysis.stability.continuous import Poles, Verdict, growth, poles, verdict
+from rfms_can.analysis.stability.loop import Loop, pid_loop, scheduled_loop, weighted_loop
+from rfms_can.analysis.stability.sampled import gain_margin, is_stable, sampled_poles
+from rfms_can.arm import Arm, friction_set
+from rfms_can.compliance import (
+    LawRows,
+    Selection,
+    compliance_jacobian,
+    conflicts,
+    free_joint_rows,
+    hybrid_rows,
+    match_joints,
+    matched_stiffness,
+    position_rows,
+    regular_pose,
+    stiffness_rows,
+)
+from rfms_can.dynamics import ArmDynamics
+from rfms_can.errors import RfmsError
+from rfms_can.master.start_up.node_parameters import DAMPING_RATIO, joint_parameters
+from rfms_can.transform import Transform
+from rfms_can.wire.vocabulary import Parameter
+
+Matrix = npt.NDArray[np.float64]
+
+_FASTEST: Final = 1e4
+"""Largest natural frequency, rad/s."""
+_NONE: Final = Selection()
+_AT_T6: Final = Transform.identity()
+
+
+class Law(StrEnum):
+    """A law of ``compliance.laws``, with the torque the nodes make of it."""
+
+    POSITION = "position"
+    """PID, every joint its own error."""
+    HYBRID = "hybrid"
+    """PID on C e (5.10), and so Raibert and Craig's for small errors."""
+    WEIGHTED = "weighted"
+    """M (wn^2 C e + 2 zeta wn C e_dot)."""
+    STIFFNESS = "stiffness"
+    """J^T K J e (5.6), its damping in proportion."""
+    FREE_JOINT = "free-joint"
+    """PID; joints matched to the compliant directions are free."""
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """What is asked.
+
+    Attributes:
+        arm: the arm.
+        selection: what complies.
+        frame: pose of the compliance frame in T6.
+        law: the law.
+        natural: wn of the six joints, rad/s; empty: that of the nodes at this rate. Gains are
+            d_ii wn^2 and 2 zeta d_ii wn with the inertia at the park pose, as the nodes have them.
+        damping_ratio: zeta.
+        rate_hz: control rate.
+        compliant_rate: damping of the compliant directions, 1/s: M (I - C) times it, with PID
+            d_ii (I - C).
+        friction: friction set whose viscous part brakes the plant.
+        diagonal: the thesis' plant (5.12): inertia d_ii of the park pose, everywhere, no coupling.
+        scheduled: A of Maples and Goldman's velocity gains (5.13), in place of the law's own;
+            2 zeta sqrt(d) damps a joint of inertia d with zeta. 0: the law's own.
+        payload: mass at the origin of the compliance frame, kg, that the plant carries and the
+            rows do not know of.
+    """
+
+    arm: Arm
+    selection: Selection = _NONE
+    frame: Transform = _AT_T6
+    law: Law = Law.HYBRID
+    natural: tuple[float, ...] = ()
+    damping_ratio: float = DAMPING_RATIO
+    rate_hz: float = 250.0
+    compliant_rate: float = 0.0
+    friction: str = "none"
+    diagonal: bool = False
+    scheduled: float = 0.0
+    payload: float = 0.0
+
+    def __post_init__(self) -> None:
+        friction_set(self.arm, self.friction)
+        if self.natural and (
+            len(self.natural) != 6 or not all(0.0 < wn <= _FASTEST for wn in self.natural)
+        ):
+            raise RfmsError(
+                f"natural frequencies {self.natural}: give six, above 0 and up to "
+                f"{_FASTEST:g} rad/s"
+            )
+        for name, value, low, high in (
+            ("damping ratio", self.damping_ratio, 1e-3, 100.0),
+            ("rate", self.rate_hz, 1.0, 1e5),
+            ("compliant damping", self.compliant_rate, 0.0, _FASTEST),
+            ("A of the scheduled gains", self.scheduled, 0.0, _FASTEST),
+            ("payload", self.payload, 0.0, 1e3),
+        ):
+            if not low <= value <= high:
+                raise RfmsError(f"{name} {value:g} is not in {low:g}..{high:g}")
+        if self.law is Law.WEIGHTED and len(set(self.natural)) > 1:
+            raise RfmsError(
+                f"law weighted has one natural frequency for all joints, not {self.natural}"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Analysis:
+    """The answer at one pose.
+
+    Attributes:
+        q: joint angles, rad.
+        poles: twelve, 1/s.
+        verdict: what they say.
+        growth: largest real part, 1/s.
+        sampled: eighteen poles of the loop on the bus, per period.
+        sampled_stable: whether that loop is stable.
+        margin: how many times faster the servo could be before the sampled loop is unstable; None
+            if it was not asked for.
+        conflicts: directions that cannot be had apart here.
+    """
+
+    q: tuple[float, ...]
+    poles: Poles
+    verdict: Verdict
+    growth: float
+    sampled: Poles
+    sampled_stable: bool
+    margin: float | None
+    conflicts: tuple[str, ...]
+
+
+class Analyst:
+    """Answers a study pose by pose; keeps the arm's model between them."""
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        arm = study.arm
+        self._dynamics = ArmDynamics(arm)
+        nodes = joint_parameters(arm, study.friction, 1.0 / study.rate_hz)
+        own = [nodes[n][Parameter.NATURAL_FREQUENCY] for n in sorted(nodes)]
+        self.natural = np.array(study.natural or own)
+        self.inertia = np.diag(self._dynamics.inertia_matrix(arm.park)).copy()
+        self.Kp = self.inertia * self.natural**2
+        self.Kd = 2.0 * study.damping_ratio * self.inertia * self.natural
+        self._friction = [joint.viscous for joint in friction_set(arm, study.friction)]
+        J, M = self._model(arm.park)
+        self.stiffness = matched_stiffness(J, study.selection, M, float(self.natural[0]))
+        self.length = arm.a2
+
+    def analyse(self, q: Sequence[float], *, margin: bool = False) -> Analysis:
+        """Poles and verdicts at six joint angles, rad; the gain margin (slow) if asked for."""
+        J, M = self._model(q)
+        rows = self._rows(J, M)
+        loop, period = self._loop(rows, J, M), 1.0 / self.study.rate_hz
+        values, sampled = poles(loop), sampled_poles(loop, period)
+        named: tuple[str, ...] = ()
+        if rows.projection is not None and self.study.law is not Law.FREE_JOINT:
+            found = conflicts(rows.projection, J, self.study.selection)
+            named = tuple(str(conflict) for conflict in found)
+        return Analysis(
+            tuple(q),
+            values,
+            verdict(loop, values),
+            growth(values),
+            sampled,
+            is_stable(sampled),
+            gain_margin(loop, period) if margin else None,
+            named,
+        )
+
+    def loop(self, q: Sequence[float]) -> Loop:
+        """The linear loop at six joint angles, rad."""
+        J, M = self._model(q)
+        return self._loop(self._rows(J, M), J, M)
+
+    def _model(self, q: Sequence[float]) -> tuple[Matrix, Matrix]:
+        dynamics = self._dynamics
+        dynamics.update(regular_pose(self.study.arm, q))
+        J = compliance_jacobian(dynamics.J, self.study.frame)
+        return J, np.diag(self.inertia) if self.study.diagonal else dynamics.M
+
+    def _rows(self, J: Matrix, M: Matrix) -> LawRows:
+        study = self.study
+        if study.law is Law.POSITION:
+            return position_rows(M)
+        if study.law is Law.STIFFNESS:
+            return stiffness_rows(J, self.stiffness, M, list(self.Kp))
+        if study.law is Law.FREE_JOINT:
+            matching = match_joints(J, study.selection, self.length)
+            return free_joint_rows(J, study.selection, matching.joints, M)
+        return hybrid_rows(J, study.selection, M)
+
+    def _loop(self, rows: LawRows, J: Matrix, M: Matrix) -> Loop:
+        study = self.study
+        plant = M + study.payload * J[:3].T @ J[:3]
+        free = 0 if study.law is Law.POSITION else study.selection.size
+        if study.law is Law.WEIGHTED:
+            loop = weighted_loop(
+                plant,
+                M,
+                rows.errors,
+                float(self.natural[0]),
+                study.damping_ratio,
+                free,
+                compliant_rate=study.compliant_rate,
+                friction=self._friction,
+            )
+        else:
+            projects = study.law is not Law.STIFFNESS
+            loop = pid_loop(
+                plant,
+                rows.errors,
+                list(self.Kp),
+                list(self.Kd),
+                free,
+                compliant_damping=list(study.compliant_rate * self.inertia * projects),
+                friction=self._friction,
+            )
+        if study.scheduled:
+            loop = scheduled_loop(loop, study.scheduled)
+        return loop
