@@ -5,7 +5,7 @@ from typing import Final
 
 from rfms_can.errors import MoveError
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.trajectory.segment import Move
+from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
 
@@ -53,6 +53,40 @@ def check_succession(before: Move, move: Move, period_s: float) -> None:
         )
 
 
+def check_configuration(before: Move, move: Move) -> None:
+    """A Cartesian segment keeps its configuration.
+
+    Raises:
+        MoveError: it has another than the segment before.
+    """
+    if move.mode is Mode.CARTESIAN and move.configuration != before.configuration:
+        raise MoveError(
+            f"move {move.sequence}: a Cartesian segment cannot change the configuration from "
+            f"'{before.configuration}' to '{move.configuration}': move in joint mode first"
+        )
+
+
+def check_transition(before: Segment, move: Move) -> None:
+    """A Cartesian transition leads from a Cartesian segment, or from rest, into a Cartesian one.
+
+    Raises:
+        MoveError: one of the two segments is in joint mode.
+    """
+    if move.transition is Transition.JOINT:
+        return
+    if move.mode is Mode.JOINT:
+        raise MoveError(
+            f"move {move.sequence}: a Cartesian transition leads into a Cartesian segment, and "
+            f"this one is in joint mode: use a joint transition"
+        )
+    if not before.rests and before.move.mode is Mode.JOINT:
+        raise MoveError(
+            f"move {move.sequence}: a Cartesian transition cannot leave move "
+            f"{before.move.sequence}, which is in joint mode: wait until that is complete, or use "
+            f"a joint transition"
+        )
+
+
 def check_path(before: Move, move: Move, tick: int) -> None:
     """A Cartesian segment keeps its configuration and turns by 0.8 pi at most.
 
@@ -63,19 +97,14 @@ def check_path(before: Move, move: Move, tick: int) -> None:
     """
     if move.mode is Mode.JOINT:
         return
-    name = f"move {move.sequence}"
-    if move.configuration != before.configuration:
-        raise MoveError(
-            f"{name}: a Cartesian segment cannot change the configuration from "
-            f"'{before.configuration}' to '{move.configuration}': move in joint mode first"
-        )
+    check_configuration(before, move)
     goal = move.target
     start = Moment(tick, 0.0)
     origin = before.target.pose(Moment(tick))
     drive = DriveTransform.between(goal.left(start), origin, goal.right(start))
     if not drive.psi <= MAX_ROTATION:
         raise MoveError(
-            f"{name}: a Cartesian rotation of {drive.psi:.4g} rad exceeds 0.8 pi = "
+            f"move {move.sequence}: a Cartesian rotation of {drive.psi:.4g} rad exceeds 0.8 pi = "
             f"{MAX_ROTATION:.4g} rad: split it in two with a position between, "
             f"or move in joint mode"
         )

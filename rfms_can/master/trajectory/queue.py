@@ -5,10 +5,14 @@ from collections.abc import Callable
 from typing import Final
 
 from rfms_can.errors import MoveError
-from rfms_can.master.trajectory.admission import check_path, check_succession, check_times
+from rfms_can.master.trajectory.admission import (
+    check_path,
+    check_succession,
+    check_times,
+    check_transition,
+)
 from rfms_can.master.trajectory.pace import LONGEST_ACCELERATION_S
-from rfms_can.master.trajectory.segment import Move, Segment, Transition
-from rfms_can.wire.vocabulary import Mode
+from rfms_can.master.trajectory.segment import Move, Segment
 
 MAX_QUEUE: Final = 256
 """Parts of moves that may wait; a program that asks for more is waiting for nothing."""
@@ -60,7 +64,7 @@ class MoveQueue(deque[Move]):
         check_feed(move, feed_rate, self._period)
         if not before.rests:
             check_succession(before.move, move, self._period)
-        _check_transition(before, move)
+        check_transition(before, move)
         check_path(before.move, move, tick)
         self._admit(before.move, move, tick)
 
@@ -77,25 +81,4 @@ def check_feed(move: Move, feed_rate: float, period_s: float) -> None:
             f"move {move.sequence}: acceleration time {time:g} s at a feed rate of {feed_rate:g} "
             f"would take {time / feed_rate:g} s, over {LONGEST_ACCELERATION_S:g} s: "
             f"feed at {time / LONGEST_ACCELERATION_S:g} or more, or accelerate in less time"
-        )
-
-
-def _check_transition(before: Segment, move: Move) -> None:
-    """A Cartesian transition leads from a Cartesian segment, or from rest, into a Cartesian one.
-
-    Raises:
-        MoveError: one of the two segments is in joint mode.
-    """
-    if move.transition is Transition.JOINT:
-        return
-    if move.mode is Mode.JOINT:
-        raise MoveError(
-            f"move {move.sequence}: a Cartesian transition leads into a Cartesian segment, and "
-            f"this one is in joint mode: use a joint transition"
-        )
-    if not before.rests and before.move.mode is Mode.JOINT:
-        raise MoveError(
-            f"move {move.sequence}: a Cartesian transition cannot leave move "
-            f"{before.move.sequence}, which is in joint mode: wait until that is complete, or use "
-            f"a joint transition"
         )

@@ -1,0 +1,212 @@
+"""The base of a planned segment's set-points (3.12, 3.23) as functions of local time.
+
+Goals are taken as they are at one tick. Where nothing moves by itself, the angles along a path are
+a function of h alone, and stay when the segment's time changes.
+"""
+
+from typing import Final, NamedTuple, Self
+
+import numpy as np
+
+from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.kinematics import InverseKinematics, Joints
+from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.trajectory.planning.curve import Curve, Floats
+from rfms_can.master.trajectory.segment import Segment
+from rfms_can.wire.vocabulary import Mode
+
+LEAP: Final = 1.0
+"""Rad between two of the closest samples of a path that say: here it is not continuous."""
+
+
+class Frame(NamedTuple):
+    """What all bases of one plan share: inverse kinematics, goals' tick, tau in s."""
+
+    kinematics: InverseKinematics
+    tick: int
+    period_s: float
+
+    def at_goal(self, segment: Segment) -> Moment:
+        """The moment at which ``segment`` would be at its goal."""
+        return Moment(self.tick, 1.0, segment.move.segment_ticks * self.period_s)
+
+
+class Base:
+    """The base of one segment.
+
+    Attributes:
+        segment: with the times it is judged with.
+        start: angles at B, where it begins, rad.
+        goal: at its goal, on the turns the arm will have there, rad.
+    """
+
+    __slots__ = ("_entry", "_frame", "_path", "_rest", "_theta_BC", "goal", "segment", "start")
+
+    def __init__(
+        self, frame: Frame, segment: Segment, start: Joints, path: Curve | None = None
+    ) -> None:
+        """``path`` is that of the same segment with other times.
+
+        Raises:
+            KinematicsError: the goal, or a pose on the path, has no solution.
+            MoveError: the path is not continuous in joint angles.
+        """
+        self._frame: Final = frame
+        self.segment: Final = segment
+        self.start: Final = start
+        move, tau = segment.move, frame.period_s
+        beginning, end = -move.acceleration_ticks * tau, move.segment_ticks * tau
+        self._theta_BC: Floats | None = None
+        self._entry: Curve | None = None
+        self._rest: Curve | None = None
+        self._path: Curve | None = path
+        if move.mode is Mode.JOINT:
+            first = self.solve(0.0, beginning, start)
+            self._theta_BC = np.subtract(start, first)
+        if not move.target.constant:
+            self._entry = Curve(self._blending, (beginning, -beginning), start)
+            self._path = Curve(self._even, (-beginning, end), self._entry.last)
+            self._rest = Curve(self._at_goal, (end + beginning, end - beginning), self._path.last)
+        elif move.mode is Mode.CARTESIAN and path is None:
+            self._path = Curve(self._along, (0.0, 1.0), start)
+        self._refuse_leaps()
+        self.goal: Final[Joints] = (
+            self.solve(1.0, end, start) if self._path is None else self._path.last
+        )
+
+    def with_time(self, segment_ticks: int, acceleration_ticks: int) -> Self:
+        """The same with other times."""
+        move = self.segment.move._replace(
+            segment_ticks=segment_ticks, acceleration_ticks=acceleration_ticks
+        )
+        path = self._path if move.target.constant else None
+        return type(self)(self._frame, self.segment._replace(move=move), self.start, path)
+
+    @property
+    def theta_BC(self) -> Joints:
+        """(3.11), rad; zeros in Cartesian mode."""
+        if self._theta_BC is None:
+            return (0.0,) * 6
+        j1, j2, j3, j4, j5, j6 = self._theta_BC.tolist()
+        return (j1, j2, j3, j4, j5, j6)
+
+    @property
+    def degree(self) -> int:
+        """How finely the path must be looked at."""
+        return 1 if self._path is None else self._path.degree
+
+    def derivatives(self, times: Floats) -> Floats:
+        """Base and three time derivatives at local ``times``, s, all of the transition into the
+        segment or all after it; shape (4, n, 6)."""
+        h = self.parameter(times)
+        if self.segment.move.target.constant:
+            return self.along(h)
+        curve = self._entry if times[-1] <= self.acceleration_time else self._path
+        if curve is None:
+            raise AssertionError("a goal that moves has curves of time")
+        angles = curve.derivatives(times)
+        if self._theta_BC is not None:
+            angles = angles + remaining(h) * self._theta_BC
+        return angles
+
+    def along(self, h: Floats) -> Floats:
+        """The same of a path where nothing moves by itself, from h and its derivatives (4, n)."""
+        if self._path is not None:
+            return chained(self._path.derivatives(h[0]), h)
+        angles = remaining(h) * (np.zeros(6) if self._theta_BC is None else self._theta_BC)
+        angles[0] += self.goal
+        return np.asarray(angles)
+
+    def at_rest(self, times: Floats) -> Floats:
+        """The goal and its time derivatives in the transition to rest; shape (4, n, 6)."""
+        if self._rest is not None:
+            return self._rest.derivatives(times)
+        angles = np.zeros((4, len(times), 6))
+        angles[0] = self.goal
+        return angles
+
+    @property
+    def acceleration_time(self) -> float:
+        """t_acc, s."""
+        return self.segment.move.acceleration_ticks * self._frame.period_s
+
+    @property
+    def segment_time(self) -> float:
+        """t_seg, s."""
+        return self.segment.move.segment_ticks * self._frame.period_s
+
+    def parameter(self, times: Floats) -> Floats:
+        """h and its time derivatives (3.15, 3.16); shape (4, n)."""
+        t_acc, t_seg = self.acceleration_time, self.segment_time
+        p = np.clip((times + t_acc) / (2.0 * t_acc), 0.0, 1.0)
+        h = blend_derivatives(p, t_acc) * (t_acc / t_seg)
+        late = times > t_acc
+        h[0, late] = times[late] / t_seg
+        return h
+
+    def solve(self, h: float, t: float, previous: Joints) -> Joints:
+        """Angles of T6_1 at h and t, rad.
+
+        Raises:
+            KinematicsError: there are none.
+        """
+        frame, segment = self._frame, self.segment
+        pose = segment.pose(Moment(frame.tick, h, t), 1.0 - h)
+        try:
+            return frame.kinematics.solve(pose, segment.move.configuration, previous)
+        except KinematicsError as error:
+            straight = segment.drive is not None and h < 1.0
+            where = f"the path at h = {h:.3f}" if straight else "the goal"
+            raise type(error)(f"move {segment.move.sequence}: {where}: {error}") from error
+
+    def _along(self, h: float, previous: Joints) -> Joints:
+        return self.solve(h, 0.0, previous)
+
+    def _blending(self, t: float, previous: Joints) -> Joints:
+        return self.solve(float(self.parameter(np.array([t]))[0, 0]), t, previous)
+
+    def _even(self, t: float, previous: Joints) -> Joints:
+        return self.solve(t / self.segment_time, t, previous)
+
+    def _at_goal(self, t: float, previous: Joints) -> Joints:
+        return self.solve(1.0, t, previous)
+
+    def _refuse_leaps(self) -> None:
+        curve = self._path
+        if curve is None or curve.resolved:
+            return
+        joint = int(curve.largest_step.argmax())
+        if curve.largest_step[joint] > LEAP:
+            raise MoveError(
+                f"move {self.segment.move.sequence}: joint {joint + 1} of "
+                f"{self._frame.kinematics.arm.name} would have to turn "
+                f"{curve.largest_step[joint]:.3g} rad at once, where the path passes a singularity "
+                f"or the end of its range: place the path elsewhere, or move in joint mode"
+            )
+
+
+def blend_derivatives(p: Floats, t_acc: float) -> Floats:
+    """h t_seg / t_acc of (3.15) and its time derivatives; shape (4, n)."""
+    span = 2.0 * t_acc
+    return np.stack(
+        (
+            ((2.0 * p - 6.0) * p + 5.0) * p**4,
+            ((12.0 * p - 30.0) * p + 20.0) * p**3 / span,
+            ((60.0 * p - 120.0) * p + 60.0) * p**2 / span**2,
+            ((240.0 * p - 360.0) * p + 120.0) * p / span**3,
+        )
+    )
+
+
+def chained(by_h: Floats, h: Floats) -> Floats:
+    """Time derivatives (4, n, 6) of what has the derivatives ``by_h`` by h, itself (4, n)."""
+    f, f1, f2, f3 = by_h
+    h1, h2, h3 = (order[:, None] for order in h[1:])
+    return np.stack((f, f1 * h1, f2 * h1**2 + f1 * h2, f3 * h1**3 + 3.0 * f2 * h1 * h2 + f1 * h3))
+
+
+def remaining(h: Floats) -> Floats:
+    """r = 1 - h and its derivatives, for a product with angles; shape (4, n, 1)."""
+    r = -h
+    r[0] += 1.0
+    return np.asarray(r[:, :, None])

@@ -1,0 +1,55 @@
+"""How the segment before a planned one is left: its set-point at the hand-over, and how it runs."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from rfms_can.kinematics import Joints
+from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.trajectory.planning.base import Frame, remaining
+from rfms_can.master.trajectory.planning.curve import Curve, Floats
+from rfms_can.master.trajectory.segment import Segment
+from rfms_can.wire.vocabulary import Mode
+
+PERIODS: Final = 6
+"""How far back its path is looked at; also the degree of the polynomial that tells how it runs."""
+
+
+class Left(NamedTuple):
+    """A segment that is left for the planned one.
+
+    Attributes:
+        segment: where it rests, left at its goal.
+        theta_BC: (3.11), rad; of no meaning in Cartesian mode.
+        goal: angles at its goal, rad.
+    """
+
+    segment: Segment
+    theta_BC: Joints
+    goal: Joints
+
+
+def left_at(frame: Frame, left: Left, ticks: int) -> Floats:
+    """Set-point of a segment, left at local time ``ticks``, and its derivatives; shape (4, 6)."""
+    segment, theta_BC, goal = left
+    move, tau = segment.move, frame.period_s
+    derivatives = np.zeros((4, 6))
+    derivatives[0] = goal
+    if segment.rests:
+        return derivatives
+    seconds, t_seg = ticks * tau, move.segment_ticks * tau
+    h = np.array([[seconds / t_seg], [1.0 / t_seg], [0.0], [0.0]])
+    if move.mode is Mode.JOINT and move.target.constant:
+        return np.asarray(derivatives + (remaining(h) * np.array(theta_BC))[:, 0])
+
+    def angles(t: float, previous: Joints) -> Joints:
+        moment = Moment(frame.tick, t / t_seg, t)
+        pose = segment.pose(moment, 1.0 - t / t_seg)
+        return frame.kinematics.solve(pose, move.configuration, previous)
+
+    span = (seconds - PERIODS * tau, seconds)
+    curve = Curve(angles, span, goal, PERIODS, PERIODS)
+    derivatives = curve.derivatives(np.array([seconds]))[:, 0]
+    if move.mode is Mode.JOINT:
+        derivatives = derivatives + (remaining(h) * np.array(theta_BC))[:, 0]
+    return np.asarray(derivatives)

@@ -1,0 +1,97 @@
+"""Whether what the joints will do is within what they may."""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple, Protocol
+
+import numpy as np
+
+from rfms_can.errors import JointLimitError
+from rfms_can.kinematics import Geometry
+from rfms_can.master.trajectory.planning.curve import Floats
+from rfms_can.master.trajectory.planning.preview import Phase
+
+ROUNDING: Final = 1e-6
+"""Part by which a limit may be passed: a mode that asks for the limit itself gets it."""
+
+RANGE_ROUNDING: Final = 1e-9
+"""Rad a joint may be past the end of its range."""
+
+
+class LimitedArm(Geometry, Protocol):
+    """The geometry of an arm, and how fast its joints may run and accelerate."""
+
+    @property
+    def speed_limits(self) -> Sequence[float]:
+        """rad/s, one per joint."""
+
+    @property
+    def acceleration_limits(self) -> Sequence[float]:
+        """rad/s2, one per joint."""
+
+
+class Excess(NamedTuple):
+    """The limit that is broken worst.
+
+    Attributes:
+        what: joint, value, limit and place, in words.
+        ratio: value to limit.
+        slower: times the segment time it takes, if nothing else adds to it.
+        blending: whether it is an acceleration in a transition, which a longer one lowers.
+    """
+
+    what: str
+    ratio: float
+    slower: float
+    blending: bool
+
+
+def peaks(phases: Sequence[Phase]) -> tuple[Floats, Floats]:
+    """Largest speed and acceleration of each joint, rad/s and rad/s2; shapes (6,)."""
+    _, speeds, accelerations = np.max(
+        [np.abs(phase.motion).max(axis=1) for phase in phases], axis=0
+    )
+    return speeds, accelerations
+
+
+def worst_excess(arm: LimitedArm, phases: Sequence[Phase]) -> Excess | None:
+    """The broken speed or acceleration limit that takes the longest time to mend; None if none."""
+    worst: Excess | None = None
+    for phase in phases:
+        values = np.abs(phase.motion[1:]).max(axis=1)
+        ratios = values / (arm.speed_limits, arm.acceleration_limits)
+        for order, (verb, unit, limits) in enumerate(
+            (
+                ("run at", "rad/s", arm.speed_limits),
+                ("accelerate at", "rad/s2", arm.acceleration_limits),
+            )
+        ):
+            joint = int(ratios[order].argmax())
+            ratio = float(ratios[order, joint])
+            slower = ratio**0.5 if order and phase.even else ratio
+            if ratio > 1.0 + ROUNDING and (worst is None or slower > worst.slower):
+                what = (
+                    f"joint {joint + 1} of {arm.name} would {verb} {values[order, joint]:.4g} "
+                    f"{unit} {phase.where}, its limit is {limits[joint]:g} {unit}"
+                )
+                worst = Excess(what, ratio, slower, bool(order) and not phase.even)
+    return worst
+
+
+def check_ranges(arm: LimitedArm, phases: Sequence[Phase], sequence: int) -> None:
+    """Every set-point within the joints' ranges.
+
+    Raises:
+        JointLimitError: a transition swings past the end of one.
+    """
+    lower, upper = np.array(arm.joint_limits).T
+    for phase in phases:
+        angles = phase.motion[0]
+        past = np.maximum(lower - angles, angles - upper)
+        if past.max() > RANGE_ROUNDING:
+            sample, joint = np.unravel_index(past.argmax(), past.shape)
+            raise JointLimitError(
+                f"move {sequence}: joint {joint + 1} of {arm.name} would reach "
+                f"{angles[sample, joint]:.6g} rad {phase.where}, outside [{lower[joint]:.6g}, "
+                f"{upper[joint]:.6g}] rad: place the position further inside the range, or "
+                f"accelerate in less time"
+            )

@@ -1,0 +1,236 @@
+"""The planner: what a request to move becomes, or why it is refused."""
+
+from typing import Final, NamedTuple, Protocol
+
+import numpy as np
+
+from rfms_can.errors import MoveError
+from rfms_can.kinematics import Configuration, InverseKinematics, Joints
+from rfms_can.master.trajectory.admission import (
+    MAX_ROTATION,
+    check_configuration,
+    check_succession,
+    check_times,
+    check_transition,
+)
+from rfms_can.master.trajectory.goal import Goal, Moment
+from rfms_can.master.trajectory.planning.base import Base, Frame
+from rfms_can.master.trajectory.planning.curve import Floats
+from rfms_can.master.trajectory.planning.left import Left
+from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
+from rfms_can.master.trajectory.planning.parts import in_parts
+from rfms_can.master.trajectory.planning.remedy import mended
+from rfms_can.master.trajectory.planning.search import Outcome, Trial
+from rfms_can.master.trajectory.planning.times import (
+    PlannedMode,
+    least_ticks,
+    segment_ticks,
+)
+from rfms_can.master.trajectory.planning.via import deviation
+from rfms_can.master.trajectory.segment import Move, Segment, Transition, whole_ticks
+from rfms_can.transform import DriveTransform
+from rfms_can.wire.vocabulary import Mode
+
+REMEMBERED: Final = 300
+"""Moves whose angles are kept: more than may wait."""
+
+
+class PlannedPosition(Protocol):
+    """Where a move is to go: what planning asks of a position."""
+
+    @property
+    def name(self) -> str:
+        """In the world model."""
+
+    @property
+    def goal(self) -> Goal:
+        """Its equation, solved."""
+
+    @property
+    def configuration(self) -> Configuration:
+        """The branch of the inverse solution."""
+
+
+class Plan(NamedTuple):
+    """A move that keeps all rules and limits.
+
+    Attributes:
+        moves: its parts, for the trajectory generator.
+        segment_time: of all of them, s.
+        via_deviation: how far the tool stays from the position before, m; None where it rests
+            there.
+        via_rotation: the rotation to that position where the tool is nearest, rad.
+        peak_speeds, peak_accelerations: of each joint, rad/s and rad/s2: in the transition into
+            the move, along it, and to rest at its goal.
+    """
+
+    moves: tuple[Move, ...]
+    segment_time: float
+    via_deviation: float | None
+    via_rotation: float | None
+    peak_speeds: Joints
+    peak_accelerations: Joints
+
+
+class _Planned(NamedTuple):
+    """What is remembered of a move: D, theta_BC, and the angles at its goal, rad."""
+
+    drive: DriveTransform | None
+    theta_BC: Joints
+    goal: Joints
+
+
+_ZERO: Final[Joints] = (0.0,) * 6
+
+
+class MovePlanner:
+    """Plans moves in the order they are asked for.
+
+    Goals that move are judged by where they are at the plan's tick, and transitions as they are
+    when nothing is late: a move asked for past its time to take over starts up to t_acc / 7 late,
+    and its transition is steeper by up to 0.27 dv / t_acc than was planned.
+    """
+
+    def __init__(self, arm: LimitedArm, period_s: float) -> None:
+        """For an arm whose place ``reset`` tells; ``period_s`` is tau, s."""
+        self.arm: Final = arm
+        self._period: Final = period_s
+        self._kinematics: Final = InverseKinematics(arm)
+        self._planned: Final[dict[int, _Planned]] = {}
+
+    def reset(self, q: Joints) -> None:
+        """The arm rests at the angles ``q``, rad, before the first move or after a stop."""
+        self._remember(0, _Planned(None, _ZERO, q))
+
+    def plan(
+        self,
+        before: Segment,
+        position: PlannedPosition,
+        mode: PlannedMode,
+        sequence: int,
+        tick: int,
+    ) -> Plan:
+        """What a request to move becomes.
+
+        Args:
+            before: what it is to follow: ``TrajectoryGenerator.last_accepted``.
+            position, mode: where to, and how.
+            sequence: its number.
+            tick: of the trajectory generator, at which goals that move are looked at.
+
+        Raises:
+            MoveError: a rule or a limit is broken; the message has the time that would do.
+            KinematicsError: the goal, or a pose on the way there, has no solution.
+        """
+        frame = Frame(self._kinematics, tick, self._period)
+        left = self._left(before, frame)
+        acceleration = whole_ticks(mode.acceleration_time, self._period)
+        configuration = mode.configuration or position.configuration
+        move = Move(
+            *(sequence, position.goal, mode.mode, least_ticks(acceleration), acceleration),
+            *(configuration, mode.transition),
+        )
+        check_configuration(before.move, move)
+        check_transition(before, move)
+        drive = _from_goal_to_goal(before, move, frame)
+        parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
+        base = self._timed(frame, left, move, drive, parts, mode)
+        if not before.rests:
+            check_succession(before.move, base.segment.move, self._period)
+        ends = mode.transition if parts == 1 else Transition.CARTESIAN
+        trial = Trial(self.arm, frame, left, base, ends, parts)
+        outcome = trial.run(trial.times)
+        if outcome.excess is not None:
+            outcome = mended(trial, outcome.excess, lengthen=mode.lengthen)
+        return self._made(trial, outcome)
+
+    def _left(self, before: Segment, frame: Frame) -> Left:
+        """The segment to follow, with what was planned of it."""
+        move = before.move
+        planned = self._planned.get(move.sequence)
+        if planned is None:
+            raise AssertionError(f"move {move.sequence} was not planned: reset says where it rests")
+        goal = planned.goal
+        if not move.target.constant:
+            pose = move.target.pose(frame.at_goal(before))
+            goal = frame.kinematics.solve(pose, move.configuration, goal)
+        if move.mode is Mode.CARTESIAN and before.drive is None and not before.rests:
+            before = before._replace(drive=planned.drive)
+        return Left(before, planned.theta_BC, goal)
+
+    def _timed(
+        self,
+        frame: Frame,
+        left: Left,
+        move: Move,
+        drive: DriveTransform,
+        parts: int,
+        mode: PlannedMode,
+    ) -> Base:
+        """The segment of ``move`` with the time its mode gives it or asks for."""
+        limits, tau = self.arm.speed_limits, self._period
+        least = parts * least_ticks(move.acceleration_ticks)
+        ticks = segment_ticks(mode, drive, _ZERO, limits, tau)
+        if ticks < least and mode.segment_time is not None and not mode.lengthen:
+            move = move._replace(segment_ticks=ticks)
+            check_times(move, tau)
+            raise MoveError(
+                f"move {move.sequence}: segment time {ticks * tau:.6g} s is under four times the "
+                f"acceleration time plus four periods, {least * tau:.6g} s: a rotation of "
+                f"{drive.psi:.4g} rad is moved in two parts; lengthen the segment or shorten the "
+                f"acceleration time ({move.acceleration_ticks * tau:.6g} s)"
+            )
+        move = move._replace(segment_ticks=max(ticks, least))
+        segment = Segment(move, drive if move.mode is Mode.CARTESIAN else None)
+        base = Base(frame, segment, left.goal)
+        if mode.joint_speed is not None:
+            turns = np.subtract(base.goal, base.start).tolist()
+            ticks = max(segment_ticks(mode, drive, turns, limits, tau), least)
+            if ticks != move.segment_ticks:
+                base = base.with_time(ticks, move.acceleration_ticks)
+        return base
+
+    def _made(self, trial: Trial, outcome: Outcome) -> Plan:
+        """The plan, and what the next one needs to know of it."""
+        base, left = outcome.base, trial.left
+        move, drive, tau = base.segment.move, base.segment.drive, self._period
+        moves: tuple[Move, ...] = (move,)
+        if drive is not None and trial.parts > 1:
+            moves = in_parts(move, drive, tau)
+            last = Segment(moves[0])
+            drive = _from_goal_to_goal(last, moves[1], trial.frame)
+        off = None
+        if not left.segment.rests:
+            at_goal, goal = trial.frame.at_goal(left.segment), left.segment.move.target
+            off = deviation(
+                self.arm, outcome.phases[0].motion[0], goal.left(at_goal), goal.right(at_goal)
+            )
+        self._remember(move.sequence, _Planned(drive, base.theta_BC, base.goal))
+        speeds, accelerations = (_joints(values) for values in peaks(outcome.phases))
+        return Plan(
+            moves,
+            base.segment_time,
+            None if off is None else off.distance,
+            None if off is None else off.rotation,
+            speeds,
+            accelerations,
+        )
+
+    def _remember(self, sequence: int, planned: _Planned) -> None:
+        """Keep what was planned as the newest; the oldest may be forgotten."""
+        self._planned.pop(sequence, None)
+        self._planned[sequence] = planned
+        if len(self._planned) > REMEMBERED:
+            del self._planned[next(iter(self._planned))]
+
+
+def _from_goal_to_goal(before: Segment, move: Move, frame: Frame) -> DriveTransform:
+    """D(1) of ``move``, also in joint mode: how far its tool is to travel and turn."""
+    start = Moment(frame.tick, 0.0, -move.acceleration_ticks * frame.period_s)
+    origin = before.move.target.pose(frame.at_goal(before))
+    return DriveTransform.between(move.target.left(start), origin, move.target.right(start))
+
+
+def _joints(values: Floats) -> Joints:
+    j1, j2, j3, j4, j5, j6 = values.tolist()
+    return (j1, j2, j3, j4, j5, j6)

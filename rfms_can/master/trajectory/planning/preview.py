@@ -1,0 +1,153 @@
+"""What the joints will do in a planned move: the transition into it, its course, and to rest.
+
+To rest it may always come. The transitions are made as :mod:`rfms_can.setpoint.joint` and
+:mod:`rfms_can.master.trajectory.correction` make them (the continuous blend), from derivatives of
+the paths instead of samples.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from rfms_can.kinematics import Joints
+from rfms_can.master.trajectory.correction import Leaving
+from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.trajectory.planning.base import Base, Frame, blend_derivatives
+from rfms_can.master.trajectory.planning.curve import Curve, Floats
+from rfms_can.master.trajectory.planning.left import Left, left_at
+from rfms_can.master.trajectory.segment import Segment, Transition
+from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
+
+TRANSITION: Final = 32
+"""Intervals a transition is looked at in; even, as most peaks are at p = 1/2."""
+
+COURSE: Final = 64
+"""Intervals of the rest of a segment, at least; twice the degree of a path with more in it."""
+
+P: Final = np.linspace(0.0, 1.0, TRANSITION + 1)
+
+
+class Phase(NamedTuple):
+    """Part of a move, n samples of it.
+
+    Attributes:
+        where: for messages.
+        even: whether its accelerations are those of the path, and not of a transition.
+        motion: angles, rates, accelerations, rad and s; shape (3, n, 6).
+    """
+
+    where: str
+    even: bool
+    motion: Floats
+
+
+def preview(frame: Frame, left: Left, base: Base, ends: Transition) -> tuple[Phase, Phase, Phase]:
+    """Transition into the segment of ``base`` from ``left``, its course, and transition to rest.
+
+    ``ends`` is how it comes to rest.
+
+    Raises:
+        KinematicsError: a pose of a Cartesian transition has no solution.
+    """
+    before = left.segment
+    where = "on departure" if before.rests else f"in the transition from move {_name(before)}"
+    return (
+        Phase(where, False, _entry(frame, left, base)),
+        Phase("on its way", True, _course(base)),
+        Phase("coming to rest", False, _to_rest(frame, base, ends)),
+    )
+
+
+def _name(segment: Segment) -> int:
+    return segment.move.sequence
+
+
+def _entry(frame: Frame, left: Left, base: Base) -> Floats:
+    move = base.segment.move
+    t_acc = base.acceleration_time
+    before = left.segment
+    still = before.rests and before.move.target.constant and move.target.constant
+    if move.transition is Transition.CARTESIAN and not still:
+        hand_over = 0 if before.rests else before.move.segment_ticks - move.acceleration_ticks
+        clock = before.move.segment_ticks if before.rests else hand_over
+        leaving = Leaving(before, frame.tick, hand_over, clock, 1.0, frame.period_s)
+        return _curved(frame, leaving, hand_over, base, left.goal)
+    motion = base.derivatives(t_acc * (2.0 * P - 1.0))
+    hand_over = before.move.segment_ticks - move.acceleration_ticks
+    difference = left_at(frame, left, hand_over) - motion[:, 0]
+    return motion[:3] + _matching(difference, move.acceleration_ticks, t_acc)
+
+
+def _course(base: Base) -> Floats:
+    t_acc, t_seg = base.acceleration_time, base.segment_time
+    times = np.linspace(t_acc, t_seg - t_acc, max(COURSE, 2 * base.degree) + 1)
+    times[0] += 1e-9 * t_acc  # past the transition
+    return base.derivatives(times)[:3]
+
+
+def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
+    move = base.segment.move
+    t_acc, t_seg = base.acceleration_time, base.segment_time
+    if ends is Transition.CARTESIAN:
+        if move.target.constant:
+            backwards = -blend_derivatives(1.0 - P, t_acc) * (t_acc / t_seg)
+            backwards[0] += 1.0
+            backwards[1::2] *= -1.0
+            return base.along(backwards)[:3]
+        hand_over = move.segment_ticks - move.acceleration_ticks
+        leaving = Leaving(base.segment, frame.tick, hand_over, hand_over, 1.0, frame.period_s)
+        return _curved(frame, leaving, hand_over, base, base.goal)
+    left = base.derivatives(np.array([t_seg - t_acc]))[:, 0]
+    motion = base.at_rest(t_seg + t_acc * (2.0 * P - 1.0))
+    return motion[:3] + _matching(left - motion[:, 0], move.acceleration_ticks, t_acc)
+
+
+def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous: Joints) -> Floats:
+    """A Cartesian transition, from ``leaving`` into ``base`` or, being of it, to rest."""
+    segment = base.segment
+    ends = leaving.segment is segment
+    if ends:
+        segment = segment.to_rest()
+    correction = leaving.into(segment, hand_over)
+    solve, configuration = frame.kinematics.solve, segment.move.configuration
+    t_acc = base.acceleration_time
+    middle = leaving.clock * frame.period_s + t_acc if ends else 0.0
+
+    def angles(p: float, previous: Joints) -> Joints:
+        t = t_acc * (2.0 * p - 1.0)
+        h = 1.0 if ends else float(base.parameter(np.array([t]))[0, 0])
+        moment = Moment(frame.tick, h, middle + t)
+        return solve(correction.pose(segment, moment, 1.0 - h, p), configuration, previous)
+
+    motion = Curve(angles, (0.0, 1.0), previous).derivatives(P)[:3]
+    return np.asarray(motion * ((2.0 * t_acc) ** -np.arange(3.0))[:, None, None])
+
+
+def _matching(difference: Floats, acceleration_ticks: int, t_acc: float) -> Floats:
+    """What takes out ``difference`` (4, 6) within 2 t_acc (3.18), at P; shape (3, n, 6)."""
+    x, v, a, j = difference
+    if acceleration_ticks > JERK_TICKS:
+        j = np.zeros(6)
+    if acceleration_ticks > ACCELERATION_TICKS:
+        a = np.zeros(6)
+    span = 2.0 * t_acc
+    a1, a2, a3 = span * v, span**2 / 2.0 * a, span**3 / 6.0 * j
+    q = np.stack(
+        (
+            x,
+            a1 + 4.0 * x,
+            a2 + 4.0 * a1 + 10.0 * x,
+            a3 + 4.0 * a2 + 10.0 * a1 + 20.0 * x,
+        )
+    )
+    return np.asarray((_FADING @ q) * (span ** -np.arange(3.0))[:, None, None])
+
+
+def _fading() -> Floats:
+    """(1 - p)^4 p^k for k = 0 to 3, and two derivatives, at P; shape (3, n, 4)."""
+    fourth = np.polynomial.Polynomial([1.0, -4.0, 6.0, -4.0, 1.0])
+    terms = [fourth * np.polynomial.Polynomial.basis(k) for k in range(4)]
+    return np.array([[term.deriv(order)(P) for term in terms] for order in range(3)]).swapaxes(1, 2)
+
+
+_FADING: Final = _fading()

@@ -1,0 +1,115 @@
+"""Times that would do, for a move that breaks a limit as it is."""
+
+import math
+from typing import Final, NamedTuple
+
+from rfms_can.errors import KinematicsError
+from rfms_can.master.trajectory.planning.base import Base, Frame
+from rfms_can.master.trajectory.planning.left import Left
+from rfms_can.master.trajectory.planning.limits import (
+    Excess,
+    LimitedArm,
+    check_ranges,
+    worst_excess,
+)
+from rfms_can.master.trajectory.planning.preview import Phase, preview
+from rfms_can.master.trajectory.planning.times import least_ticks
+from rfms_can.master.trajectory.segment import Transition
+
+TRIES: Final = 12
+"""Times that are tried before giving up."""
+
+GROWTH: Final = 1.01
+"""Least part by which a time grows from the second try on."""
+
+
+class Times(NamedTuple):
+    """t_seg and t_acc, periods."""
+
+    segment: int
+    acceleration: int
+
+
+class Outcome(NamedTuple):
+    """What the joints would do with some times, and the limit that breaks."""
+
+    base: Base
+    phases: tuple[Phase, Phase, Phase]
+    excess: Excess | None
+
+
+class Trial(NamedTuple):
+    """A move to be tried with several times.
+
+    Attributes:
+        arm: and its limits.
+        frame: of the plan.
+        left: the segment that it follows.
+        base: of its own segment.
+        ends: how it comes to rest.
+        parts: in how many it is moved.
+    """
+
+    arm: LimitedArm
+    frame: Frame
+    left: Left
+    base: Base
+    ends: Transition
+    parts: int
+
+    @property
+    def times(self) -> Times:
+        """As the mode has them."""
+        move = self.base.segment.move
+        return Times(move.segment_ticks, move.acceleration_ticks)
+
+    def least(self, acceleration: int) -> int:
+        """Least segment time in which each part can hold its transitions, periods."""
+        return self.parts * least_ticks(acceleration)
+
+    def run(self, times: Times) -> Outcome:
+        """Look what the joints would do.
+
+        Raises:
+            KinematicsError: they cannot, or leave their ranges.
+        """
+        base = self.base if times == self.times else self.base.with_time(*times)
+        phases = preview(self.frame, self.left, base, self.ends)
+        check_ranges(self.arm, phases, base.segment.move.sequence)
+        return Outcome(base, phases, worst_excess(self.arm, phases))
+
+    def slowed(self, excess: Excess, longest: int) -> Outcome | None:
+        """The outcome with a segment time up to ``longest`` that does; None if there is none."""
+        segment, acceleration = self.times
+        least = 1.0
+        for _ in range(TRIES):
+            segment = max(segment + 1, math.ceil(segment * max(excess.slower, least)))
+            outcome = self._within(Times(segment, acceleration), longest, acceleration)
+            if outcome is None or outcome.excess is None:
+                return outcome
+            excess, least = outcome.excess, GROWTH
+        return None
+
+    def eased(self, excess: Excess, longest: int, longest_acceleration: int) -> Outcome | None:
+        """The same where the acceleration time may grow as well."""
+        segment, acceleration = self.times
+        for _ in range(TRIES):
+            if excess.blending:
+                acceleration = max(acceleration + 1, math.ceil(acceleration * excess.ratio))
+                segment = max(segment, self.least(acceleration))
+            else:
+                segment = math.ceil(segment * max(excess.slower, GROWTH))
+            times = Times(segment, acceleration)
+            outcome = self._within(times, longest, longest_acceleration)
+            if outcome is None or outcome.excess is None:
+                return outcome
+            excess = outcome.excess
+        return None
+
+    def _within(self, times: Times, longest: int, longest_acceleration: int) -> Outcome | None:
+        if times.segment > longest or times.acceleration > longest_acceleration:
+            return None
+        try:
+            return self.run(times)
+        except KinematicsError:
+            return None
