@@ -44,7 +44,7 @@ class Latency:
             self._pending.append(_Pending(tick, supervisor.in_progress, received_ns))
 
     def look(self) -> None:
-        """See which requests the set-point sent last has carried; once for every cycle."""
+        """See which requests have been carried by now; at best once for every cycle."""
         if not self._pending:
             return
         carried = self._supervisor.carried
@@ -53,7 +53,9 @@ class Latency:
             if carried.tick <= pending.tick:
                 waiting.append(pending)
                 continue
-            self.cycles[min(carried.cycle - pending.in_progress, CYCLE_BINS - 1)] += 1
+            later = carried.tick - pending.tick - 1  # set-points sent since, one for each cycle
+            cycles = carried.cycle - later - pending.in_progress
+            self.cycles[min(cycles, CYCLE_BINS - 1)] += 1
             if self._realtime:
                 time_ns = carried.sent_ns - pending.received_ns
                 self.times[bisect_right(LATENCY_EDGES_NS, time_ns)] += 1
