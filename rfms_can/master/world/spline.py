@@ -42,11 +42,6 @@ class Interpolation:
             for i, step in enumerate(b - a for a, b in pairwise(self._u))
         ]
 
-    @property
-    def coefficients(self) -> list[float]:
-        """All of them, to see whether they are numbers."""
-        return [c for piece in self._pieces for cubic in piece for c in cubic]
-
     def at(self, u: float) -> Coordinates:
         """The coordinates at u (m)."""
         knots = self._u

@@ -1,0 +1,202 @@
+"""Symbol tables: transforms by kind, what a redefinition does, and every refusal."""
+
+import math
+import re
+from typing import Any
+
+import pytest
+
+from rfms_can.errors import EquationError, ModeError, ProgramError, TransformError
+from rfms_can.kinematics import Configuration
+from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.world import WorldModel
+from rfms_can.master.world.tables import MAX_MODES, MAX_POSITIONS, MAX_TRANSFORMS
+from rfms_can.messages import T6, Linear, ModeMessage, PositionMessage, TransformMessage
+from rfms_can.transform import Transform
+
+OWN = Configuration(True, False, True)
+PERIOD_S = 0.004
+UP = Linear((0.0, 0.0, 1.0))
+ACROSS = Linear((0.0, 1.0, 0.0), parameter="t")
+
+
+def shift(x: float) -> Transform:
+    return Transform.translation(x, 0.0, 0.0)
+
+
+@pytest.fixture
+def world() -> WorldModel:
+    world = WorldModel(OWN, PERIOD_S)
+    world.define_transform(TransformMessage("fixed", shift(0.1)))
+    world.define_transform(TransformMessage("seen", shift(0.2), "reference"))
+    world.define_transform(TransformMessage("curve", shift(0.3), "functional", UP))
+    return world
+
+
+def to(*right: str, name: str = "p") -> PositionMessage:
+    return PositionMessage(name, [T6], list(right))
+
+
+# --- kinds ---------------------------------------------------------------------------------------
+
+
+def test_a_value_that_is_redefined_acts_on_positions_defined_later(world: WorldModel) -> None:
+    before = world.define_position(to("fixed")).goal
+    world.define_transform(TransformMessage("fixed", shift(0.5)))
+    after = world.define_position(to("fixed", name="q")).goal
+    assert [goal.pose(Moment(9)).px for goal in (before, after)] == [0.1, 0.5]
+
+
+def test_a_value_beside_a_reference_is_the_one_of_its_definition_too(world: WorldModel) -> None:
+    goal = world.define_position(to("seen", "fixed")).goal
+    world.define_transform(TransformMessage("fixed", shift(0.5)))
+    world.define_transform(TransformMessage("seen", shift(0.3), "reference"), 4)
+    assert goal.pose(Moment(4)).px == pytest.approx(0.4)
+
+
+def test_a_reference_that_is_redefined_acts_on_the_goal_under_way(world: WorldModel) -> None:
+    goal = world.define_position(to("seen")).goal
+    assert goal.pose(Moment(3)).px == 0.2
+    world.define_transform(TransformMessage("seen", shift(0.6), "reference"), 4)
+    assert goal.pose(Moment(4)).px == 0.6
+
+
+def test_a_reference_serves_all_its_positions(world: WorldModel) -> None:
+    goals = [
+        world.define_position(to("seen")).goal,
+        world.define_position(PositionMessage("q", [T6, "seen"], ["fixed"])).goal,
+    ]
+    world.define_transform(TransformMessage("seen", shift(0.6), "reference"), 4)
+    assert [goal.pose(Moment(4)).px for goal in goals] == pytest.approx([0.6, 0.1 - 0.6])
+
+
+def test_a_function_is_right_of_its_rows_and_of_the_parameter_it_names(world: WorldModel) -> None:
+    turned = Transform.rotation((1.0, 0.0, 0.0), math.pi / 2) @ shift(0.1)
+    world.define_transform(TransformMessage("seam", turned, "functional", ACROSS))
+    goal = world.define_position(to("seam")).goal
+    expected = turned @ Transform.translation(0.0, 0.7, 0.0)
+    assert goal.pose(Moment(0, 0.2, 0.7)) == pytest.approx(expected)
+    lift = world.define_position(to("curve", name="q")).goal
+    assert lift.pose(Moment(0, 0.2, 0.7)) == pytest.approx(Transform.translation(0.3, 0.0, 0.2))
+    assert not lift.constant
+
+
+def test_a_function_that_is_redefined_acts_on_moves_asked_for_later(world: WorldModel) -> None:
+    position = world.define_position(to("curve"))
+    promised = position.goal
+    assert position.goal is promised
+    world.define_transform(TransformMessage("curve", shift(0.4), "functional", ACROSS))
+    here = Moment(0, 0.5, 0.25)
+    assert promised.pose(here) == pytest.approx(Transform.translation(0.3, 0.0, 0.5))
+    assert position.goal.pose(here) == pytest.approx(Transform.translation(0.4, 0.25, 0.0))
+    assert position.compliance_frame(here) == Transform.identity()
+
+
+def test_names_are_listed_by_kind(world: WorldModel) -> None:
+    world.define_position(to("seen"))
+    world.define_mode(ModeMessage("slow", "joint", 0.2, 2.0))
+    names = world.names()
+    kinds = {"fixed": "value", "seen": "reference", "curve": "functional"}
+    assert (names.transforms, names.positions, names.modes) == (kinds, ["p"], ["slow"])
+
+
+# --- refusals ------------------------------------------------------------------------------------
+
+NOW = 500
+"""Tick of the refused definitions: 2 s."""
+
+
+@pytest.mark.parametrize(
+    ("name", "fields", "reason"),
+    [
+        ("fixed", {"kind": "reference"}, " is of kind value and stays so, reference was asked for"),
+        ("seen", {}, " is of kind reference and stays so, value was asked for"),
+        ("curve", {}, " is of kind functional and stays so, value was asked for"),
+        ("new", {"kind": "functional"}, ": of kind functional with no function"),
+        ("new", {"function": UP}, ": of kind value with a function"),
+        ("seen", {"kind": "reference", "function": UP}, ": of kind reference with a function"),
+        ("new", {"stamp": 2.0}, ": of kind value with a twist, a stamp or a prediction"),
+        ("new", {"twist": (0.0,) * 6}, ": of kind value with a twist, a stamp or a prediction"),
+        ("new", {"predict": "velocity"}, ": of kind value with a twist, a stamp or a prediction"),
+        (T6, {}, " is the arm itself and cannot be defined"),
+        ("new", {"rows": shift(math.nan)}, " is no rotation: off by inf, 1e-06 may be"),
+        ("new", {"rows": shift(0.0)._replace(nx=1.1)}, " is no rotation: off by 0.1"),
+        ("new", {"rows": shift(1e4)}, ": its origin has 10000, outside +-1000"),
+        (
+            "new",
+            {"kind": "functional", "function": Linear((math.nan, 0.0, 0.0))},
+            ": along has nan",
+        ),
+    ],
+)
+def test_transforms_that_are_refused(
+    world: WorldModel, name: str, fields: dict[str, Any], reason: str
+) -> None:
+    kept = world.names()
+    goal = world.define_position(to("seen", "curve")).goal
+    before = goal.pose(Moment(NOW))
+    message = TransformMessage(name, **{"rows": shift(0.7), **fields})
+    with pytest.raises(TransformError, match=re.escape(f"transform '{name}'{reason}")):
+        world.define_transform(message, NOW)
+    assert world.names().transforms == kept.transforms
+    assert goal.pose(Moment(NOW)) == before
+
+
+@pytest.mark.parametrize(
+    ("fields", "reason"),
+    [
+        ({"stamp": math.nan}, "its stamp nan is no time"),
+        ({"stamp": -math.inf}, "its stamp -inf is no time"),
+        ({"stamp": 2.0041}, "its stamp 2.0041 s is 0.0041 s in the future, 0.004 s may be"),
+        ({"stamp": 0.999}, "its stamp 0.999 s is 1 s old, 1 s may be"),
+        ({"stamp": -1e300}, "old, 1 s may be"),
+        ({"twist": (0.0, 0.0, math.nan, 0.0, 0.0, 0.0)}, "its twist has nan, outside +-100"),
+        ({"twist": (0.0, 0.0, 0.0, 0.0, 0.0, -101.0)}, "its twist has -101, outside +-100"),
+    ],
+)
+@pytest.mark.parametrize("name", ["seen", "new"])
+def test_observations_that_are_refused(
+    world: WorldModel, name: str, fields: dict[str, Any], reason: str
+) -> None:
+    kept = world.names()
+    message = TransformMessage(name, shift(0.7), "reference", **fields)
+    with pytest.raises(TransformError, match=f"transform '{name}': .*{re.escape(reason)}"):
+        world.define_transform(message, NOW)
+    assert world.names().transforms == kept.transforms
+    assert world.define_position(to("seen")).goal.pose(Moment(NOW)).px == 0.2
+
+
+@pytest.mark.parametrize("stamp", [1.0, 1.999, 2.0, 2.004])
+def test_observations_at_the_bounds_are_taken(world: WorldModel, stamp: float) -> None:
+    message = TransformMessage("seen", shift(0.7), "reference", stamp=stamp)
+    world.define_transform(message, NOW)
+    assert world.define_position(to("seen")).goal.pose(Moment(NOW)).px == 0.7
+
+
+def test_tables_hold_so_many_and_redefinitions_need_no_room() -> None:
+    world = WorldModel(OWN, PERIOD_S)
+    for k in range(MAX_TRANSFORMS):
+        world.define_transform(TransformMessage(f"f{k}", shift(0.1)))
+    world.define_transform(TransformMessage("f7", shift(0.2)))
+    reason = f"transform 'more' is one too many: {MAX_TRANSFORMS} are defined"
+    with pytest.raises(TransformError, match=reason):
+        world.define_transform(TransformMessage("more", shift(0.1)))
+    for k in range(MAX_POSITIONS):
+        world.define_position(to("f0", name=f"p{k}"))
+    with pytest.raises(EquationError, match=f"'more' is one too many: {MAX_POSITIONS} are"):
+        world.define_position(to("f0", name="more"))
+    for k in range(MAX_MODES):
+        world.define_mode(ModeMessage(f"m{k}", "joint", 0.2, 2.0))
+    with pytest.raises(ModeError, match=f"'more' is one too many: {MAX_MODES} are"):
+        world.define_mode(ModeMessage("more", "joint", 0.2, 2.0))
+    with pytest.raises(ProgramError, match=r"there are: m0, .*, m19 and 236 more"):
+        world.mode("more")
+
+
+def test_a_position_or_a_mode_is_defined_once(world: WorldModel) -> None:
+    world.define_position(to("fixed"))
+    world.define_mode(ModeMessage("slow", "joint", 0.2, 2.0))
+    with pytest.raises(EquationError, match="position 'p' is defined already"):
+        world.define_position(to("fixed"))
+    with pytest.raises(ModeError, match="mode 'slow' is defined already"):
+        world.define_mode(ModeMessage("slow", "joint", 0.2, 2.0))
