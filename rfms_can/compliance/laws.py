@@ -25,7 +25,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rfms_can.compliance.projector import COUPLING_LIMIT, Projection, bounded_projector
+from rfms_can.compliance.projector import (
+    COUPLING_LIMIT,
+    Projection,
+    bounded_projector,
+    tame_projector,
+)
 from rfms_can.compliance.selection import Selection
 
 Matrix = npt.NDArray[np.float64]
@@ -70,7 +75,9 @@ def hybrid_rows(
         limit: see ``bounded_projector``.
     """
     mask = selection.mask
-    projection = bounded_projector(J[mask], J[~mask], M, limit)
+    projection = tame_projector(J, mask, M, limit)
+    if projection is None:
+        projection = bounded_projector(J[mask], J[~mask], M, limit)
     return LawRows(projection.matrix, M @ projection.matrix, projection)
 
 

@@ -47,7 +47,8 @@ class Projection(NamedTuple):
 
     Attributes:
         matrix: (6, 6).
-        couplings: cotangents of the angles between range and null space, smallest first.
+        couplings: cotangents of the angles between range and null space, smallest first; empty
+            where it was enough to know that all are within the limit.
         blocked, measured: (n, 6) each, one row for each coupling beyond the limit: the parts of
             the range's complement and of the measured rows that fall together, as rows over joint
             angles.
@@ -96,6 +97,32 @@ def bounded_projector(
         (root @ across[:, conflict]).T,
         (root @ (rows @ left)[:, conflict]).T,
     )
+
+
+def tame_projector(
+    J: Matrix, compliant: npt.NDArray[np.bool_], inertia: Matrix, limit: float = COUPLING_LIMIT
+) -> Projection | None:
+    """J^-1 (I-S) J itself, where no coupling can be beyond the limit: a fifth of the work.
+
+    The squares of its elements in the metric sum up to 6 - n + sum k_i^2.
+
+    Args:
+        J: (6, 6), Jacobian of the compliance frame.
+        compliant: (6,), the diagonal of S.
+        inertia, limit: as for ``bounded_projector``.
+
+    Returns:
+        None where a coupling may be beyond it, or J cannot be inverted.
+    """
+    try:
+        matrix: Matrix = np.linalg.solve(J, np.where(compliant[:, np.newaxis], 0.0, J))
+    except np.linalg.LinAlgError:
+        return None
+    root = np.linalg.cholesky(inertia)
+    unit = np.linalg.solve(root, (root.T @ matrix).T)
+    excess = float((unit * unit).sum()) - float(6 - compliant.sum())
+    none = np.zeros((0, 6))
+    return Projection(matrix, (), none, none) if excess <= limit * limit else None
 
 
 def damped(coupling: float, limit: float) -> float:
