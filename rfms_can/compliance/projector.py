@@ -115,9 +115,10 @@ def tame_projector(
         None where a coupling may be beyond it, or J cannot be inverted.
     """
     try:
-        matrix: Matrix = np.linalg.solve(J, np.where(compliant[:, np.newaxis], 0.0, J))
+        solved = np.linalg.solve(J, np.where(compliant[:, np.newaxis], 0.0, J))
     except np.linalg.LinAlgError:
         return None
+    matrix: Matrix = np.asarray(solved, dtype=np.float64)
     root = np.linalg.cholesky(inertia)
     unit = np.linalg.solve(root, (root.T @ matrix).T)
     excess = float((unit * unit).sum()) - float(6 - compliant.sum())
