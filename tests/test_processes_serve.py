@@ -79,8 +79,8 @@ def test_a_move_in_lockstep_and_the_end(runtime: Path) -> None:
 
 
 def test_real_time_goes_on_by_itself(runtime: Path) -> None:
-    """50 Hz, so that a busy machine keeps up; a lapse stops the arm, a signal brakes it."""
-    with Command("--bus", "hub:serve", "--clock", "realtime", "--rate", "50") as server:
+    """25 Hz, so that a busy machine keeps up; a lapse stops the arm, a signal brakes it."""
+    with Command("--bus", "hub:serve", "--clock", "realtime", "--rate", "25") as server:
         client, watcher = Client("rfms", "cell"), Client("rfms", "watcher")
         client.acquire(1.0)
         before = watcher.status().cycle
@@ -103,7 +103,7 @@ def test_real_time_goes_on_by_itself(runtime: Path) -> None:
 
 
 def test_an_emergency_stop_ends_it_with_one_line(runtime: Path) -> None:
-    with Command("--bus", "hub:serve", "--clock", "realtime", "--rate", "50") as server:
+    with Command("--bus", "hub:serve", "--clock", "realtime", "--rate", "25") as server:
         client, third = Client("rfms", "cell"), Client("rfms", "third")
         client.acquire(5.0)
         waiting = client.send(WaitRequest([MoveOver(move(client, seconds=30.0))]))
