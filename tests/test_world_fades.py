@@ -165,14 +165,17 @@ def test_fades_are_continuous_up_to_the_jerk() -> None:
     assert fine == pytest.approx(coarse / 2.0, rel=0.15)
 
 
-def test_the_first_sample_after_a_jump_goes_on_as_before() -> None:
-    """Whatever is under way: to the fifth order of a period."""
+def test_a_jump_goes_on_from_the_last_sample_and_tells_in_the_next() -> None:
+    """Whatever is under way: no cycle is lost, and what was sent is where it begins."""
     follower = Follower(period=0.001)
     follower.see(Transform.translation(0.01, 0.0, 0.0))
     follower.run(0.1)
-    promised = follower.goal.pose(Moment(follower.tick))
+    last, upcoming = (Moment(follower.tick - 1), Moment(follower.tick))
+    sent, promised = (follower.goal.pose(moment) for moment in (last, upcoming))
     follower.see(Transform.rotation((0.0, 0.0, 1.0), 0.3)._replace(px=0.02, py=0.01))
-    assert follower.goal.pose(Moment(follower.tick)) == pytest.approx(promised, abs=1e-14)
+    assert follower.goal.pose(last) == pytest.approx(sent, abs=1e-14)
+    assert follower.goal.pose(upcoming) != pytest.approx(promised, abs=1e-14)
+    assert follower.goal.pose(upcoming) == pytest.approx(promised, abs=1e-8)
 
 
 def test_a_reference_is_a_function_of_the_tick_in_any_order() -> None:

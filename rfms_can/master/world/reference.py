@@ -146,8 +146,8 @@ class Reference:
         if limits is None or not known:
             self._course = Course(tick, prediction)
             return
-        course = self._plan(prediction, tick, limits)
-        if course.begin == tick:
+        course = self._plan(prediction, tick - 1, limits)
+        if course.begin < tick:
             self._course = course
         else:
             self._upcoming = course
@@ -169,21 +169,22 @@ class Reference:
         """The inverse of its value."""
         return self._inverse.of(self.at(moment))
 
-    def _plan(self, prediction: Prediction, tick: int, limits: Limits) -> Course:
+    def _plan(self, prediction: Prediction, last: int, limits: Limits) -> Course:
         """From the course under way to the new prediction, as soon as the limits allow.
 
+        The two agree at the tick ``last`` of the set-point made last: the next differs already.
         The accelerations of a fade under way, which are within the limits, may add to what the new
         one needs; it then takes over a little later, at its end at the latest, where there are
         none.
         """
         course = self._course
-        left = max(0, course.fade.end - tick)
-        begins = [tick + left * k // TAKE_OVERS for k in range(TAKE_OVERS + 1)]
+        left = max(0, course.fade.end - last)
+        begins = [last + left * k // TAKE_OVERS for k in range(TAKE_OVERS + 1)]
         for begin in dict.fromkeys(begins):
             difference = course.less(prediction, begin, self._period)
             if not any(map(any, difference)):
                 return Course(begin, prediction)
-            at_rest = begin == tick + left
+            at_rest = begin == last + left
             span = shortest_span(difference, limits, self.lever, at_rest=at_rest)
             if span is not None:
                 fade = Fade.over(difference, begin, span, self._period)
