@@ -137,12 +137,15 @@ class Motion:
         return Answer(sequence, segment_time=move.segment_ticks * self._period)
 
     def _limits(self, transform: str) -> Limits | None:
-        """What a jump of a transform may add to the motion; None if it is in no move accepted."""
-        limits = [
-            mode.limits
-            for sequence, (position, mode) in self._moves.items()
-            if sequence >= self.generator.sequence and position.uses(transform)
-        ]
+        """What a jump of a transform may add to the motion under way, or to the one settled next.
+
+        None if neither goes where it matters.
+        """
+        under_way = self.generator.sequence
+        settled = len(self.generator.active_goals) - 1
+        later = [sequence for sequence in self._moves if sequence > under_way][:settled]
+        active = [self._moves[k] for k in (under_way, *later) if k in self._moves]
+        limits = [mode.limits for position, mode in active if position.uses(transform)]
         return Limits(*map(min, zip(*limits, strict=True))) if limits else None
 
     def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
