@@ -130,7 +130,12 @@ def _status_line(name: str, *, quiet: bool) -> Iterator[Shown | None]:
                 state=f"{status.stage:<6} move {status.sequence}  controlled by {who}",
             )
 
-        yield show
+        try:
+            yield show
+        except BaseException:
+            progress.remove_task(task)  # what went wrong is said in one line, and alone
+            progress.disable = not console.is_terminal
+            raise
 
 
 def _report(title: str, served: "Served", *, as_json: bool) -> None:

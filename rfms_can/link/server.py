@@ -27,6 +27,19 @@ AT_ONCE: Final = 64
 """Requests taken at a time, so that a peer that never stops keeps no cycle waiting."""
 
 
+def check_binding(tcp: TcpAddress | None, keys: ServerKeys | None) -> None:
+    """See that nobody reaches the arm over a network without a key.
+
+    Raises:
+        LinkError: the address is not this machine's, and there are no keys.
+    """
+    if tcp is not None and not tcp.loopback and keys is None:
+        raise LinkError(
+            f"{tcp.endpoints.requests} is not loopback: others would move the arm. Give --keys "
+            f"(rfms keys makes them), or bind 127.0.0.1"
+        )
+
+
 class ServerSocket:
     """Listens on the Unix sockets of a name and, when asked, on TCP.
 
@@ -46,11 +59,7 @@ class ServerSocket:
         tcp: TcpAddress | None = None,
         keys: ServerKeys | None = None,
     ) -> None:
-        if tcp is not None and not tcp.loopback and keys is None:
-            raise LinkError(
-                f"{tcp.endpoints.requests} is not loopback: others would move the arm. Give "
-                f"--keys, or bind 127.0.0.1"
-            )
+        check_binding(tcp, keys)
         self.name = name
         self._paths = socket_paths(name)
         self._lock: IO[bytes] = place_of(name).claim()

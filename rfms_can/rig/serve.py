@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from rfms_can.errors import FaultError, LinkError
 from rfms_can.link.address import DEFAULT_NAME, TcpAddress, place_of
 from rfms_can.link.keys import ServerKeys
-from rfms_can.link.server import ServerSocket
+from rfms_can.link.server import ServerSocket, check_binding
 from rfms_can.master.server.core import Server
 from rfms_can.master.settings import Clock
 from rfms_can.messages import ServerNumbers
@@ -194,6 +194,7 @@ def serve(
         LinkError: the name or a port is taken, or must not be bound.
         RfmsError: the bus could not be brought up.
     """
+    check_binding(listening.tcp, listening.keys)
     if place_of(listening.name).alive:
         raise LinkError(f"server {listening.name!r} is running already: take another --name")
     keeper = None if record is None else Record(record)

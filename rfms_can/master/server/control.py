@@ -3,6 +3,7 @@
 from collections import deque
 from typing import Final
 
+from rfms_can.errors import LeaseError
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
 from rfms_can.master.server.lease import Lease
@@ -35,10 +36,12 @@ class Control:
         """Do what a session asks of the lease.
 
         Raises:
-            LeaseError: another has it, or nobody.
+            LeaseError: another has it, or nobody, or the arm is not enabled.
         """
-        lease = self.lease
+        lease, phase = self.lease, self._supervisor.phase
         if request.action == "acquire":
+            if phase is not Phase.RUN:
+                raise LeaseError(f"the arm is not enabled (phase {phase.name}); try again later")
             if lease.holder is None:
                 self.events.append(f"{request.name!r} controls the arm")
             lease.acquire(word, request.name, request.duration_s, now_ns)
