@@ -4,10 +4,12 @@ All a program needs is here: :class:`Arm`, what it defines with it, and the erro
 """
 
 from rfms_can.compliance.selection import SelectionError
+from rfms_can.coordinator.aio import AsyncArm
 from rfms_can.coordinator.arm import Arm
+from rfms_can.coordinator.connection import connect, connect_async, emergency_stop
 from rfms_can.coordinator.definitions import ModeSettings
 from rfms_can.coordinator.equation import Equation, Expression
-from rfms_can.coordinator.gripper import Gripper
+from rfms_can.coordinator.gripper import AsyncGripper, Gripper
 from rfms_can.coordinator.link import Link
 from rfms_can.coordinator.moves import MovePlan
 from rfms_can.errors import (
@@ -21,12 +23,16 @@ from rfms_can.errors import (
     RfmsError,
     TransformError,
 )
+from rfms_can.link.keys import ClientKeys
 from rfms_can.messages import Circular, Linear, Status, Table, TableRow, Weave
 from rfms_can.transform import Transform
 
 __all__ = [
     "Arm",
+    "AsyncArm",
+    "AsyncGripper",
     "Circular",
+    "ClientKeys",
     "Equation",
     "EquationError",
     "Expression",
@@ -49,4 +55,7 @@ __all__ = [
     "Transform",
     "TransformError",
     "Weave",
+    "connect",
+    "connect_async",
+    "emergency_stop",
 ]

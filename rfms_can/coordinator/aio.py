@@ -1,0 +1,143 @@
+"""The program API for coroutines: the words of :class:`Arm`, awaited.
+
+::
+
+    async def main():
+        async with connect_async("rfms") as arm:
+            await arm.run(carry(arm), watch(arm))
+
+Arguments, results and errors are those of :class:`Arm`.
+"""
+
+from collections.abc import Coroutine, Sequence
+from typing import Any, Unpack
+
+from rfms_can.coordinator import definitions
+from rfms_can.coordinator.definitions import IDENTITY, ModeSettings, Predict
+from rfms_can.coordinator.equation import Equation, Expression
+from rfms_can.coordinator.gripper import AsyncGripper
+from rfms_can.coordinator.link import AsyncLink
+from rfms_can.coordinator.view import ArmView
+from rfms_can.messages import AnyFunction, PauseRequest, ResumeRequest, StopRequest
+from rfms_can.transform import Transform
+
+
+class AsyncArm(ArmView):
+    """What a user program moves, from coroutines.
+
+    Attributes:
+        t6: the arm itself, in position equations.
+        gripper: opens and closes.
+    """
+
+    def __init__(self, link: AsyncLink) -> None:
+        super().__init__(link)
+        self._link = link
+        self.gripper = AsyncGripper(link)
+
+    async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
+        """Run coroutines side by side as parts of this program.
+
+        In virtual time and lockstep time goes on only while all of them wait for the arm (``wait``,
+        ``sleep``, the gripper, ``stop``): a part that awaits anything else holds it. In real time
+        it goes on anyway.
+
+        Returns:
+            What they return, in order.
+
+        Raises:
+            BaseException: what one of them raises; the others are cancelled.
+        """
+        return await self._link.run(*parts)
+
+    # --- the world model ----------------------------------------------------------------------
+
+    async def transform(self, name: str, value: Transform) -> Expression:
+        """See :meth:`Arm.transform`."""
+        await self._link.request(definitions.value(name, value))
+        return Expression(name)
+
+    async def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
+        """See :meth:`Arm.reference`."""
+        await self._link.request(self._reference(name, value, predict))
+        return Expression(name)
+
+    async def functional(
+        self, name: str, function: AnyFunction, base: Transform = IDENTITY
+    ) -> Expression:
+        """See :meth:`Arm.functional`."""
+        await self._link.request(definitions.functional(name, function, base))
+        return Expression(name)
+
+    async def observe(
+        self,
+        reference: str | Expression,
+        value: Transform,
+        at: float | None = None,
+        twist: Sequence[float] | None = None,
+    ) -> None:
+        """See :meth:`Arm.observe`."""
+        await self._link.request(self._observation(reference, value, at, twist))
+
+    async def position(
+        self,
+        name: str,
+        equation: Equation,
+        *,
+        tool: Expression | None = None,
+        compliance: Expression | None = None,
+        config: str | None = None,
+    ) -> str:
+        """See :meth:`Arm.position`."""
+        await self._link.request(definitions.position(name, equation, tool, compliance, config))
+        return name
+
+    async def mode(self, name: str, **settings: Unpack[ModeSettings]) -> str:
+        """See :meth:`Arm.mode`."""
+        await self._link.request(definitions.mode(name, settings))
+        return name
+
+    # --- motion -------------------------------------------------------------------------------
+
+    async def move(self, position: str, mode: str) -> int:
+        """See :meth:`Arm.move`."""
+        return self._moves.took(await self._link.request(definitions.move(position, mode)))
+
+    async def stop(self) -> None:
+        """See :meth:`Arm.stop`."""
+        await self._link.request(StopRequest())
+        await self.wait()
+
+    async def pause(self) -> None:
+        """See :meth:`Arm.pause`."""
+        await self._link.request(PauseRequest())
+
+    async def resume(self) -> None:
+        """See :meth:`Arm.resume`."""
+        await self._link.request(ResumeRequest())
+
+    async def feed(self, rate: float) -> None:
+        """See :meth:`Arm.feed`."""
+        await self._link.request(definitions.feed(rate))
+
+    async def comply(self, word: str, *values: float) -> None:
+        """See :meth:`Arm.comply`."""
+        await self._link.request(definitions.comply(word, values))
+
+    async def lock(self, word: str) -> None:
+        """See :meth:`Arm.lock`."""
+        await self._link.request(definitions.lock(word))
+
+    async def release(self) -> None:
+        """See :meth:`Arm.release`."""
+        await self.gripper.open()
+
+    # --- time ---------------------------------------------------------------------------------
+
+    async def wait(self, sequence: int | None = None) -> None:
+        """See :meth:`Arm.wait`."""
+        await self._link.wait(self._moves.over(sequence))
+
+    async def sleep(self, seconds: float) -> None:
+        """See :meth:`Arm.sleep`."""
+        await self._link.wait(self._after(seconds))

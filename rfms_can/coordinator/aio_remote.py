@@ -1,0 +1,190 @@
+"""``RemoteLink`` for coroutines: replies wake whoever asked, and several may wait at once."""
+
+import asyncio
+import time
+from collections.abc import Callable, Coroutine, Sequence
+from contextlib import suppress
+from typing import Any
+
+from rfms_can.coordinator.conversation import (
+    ANSWER_S,
+    REALTIME,
+    RENEWALS,
+    RETRY_S,
+    Conversation,
+    answer_of,
+)
+from rfms_can.coordinator.parts import Parts, Waiting
+from rfms_can.coordinator.sockets import AsyncSocket
+from rfms_can.errors import LinkError, RfmsError
+from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    AnyRequest,
+    ArmRequest,
+    AtRest,
+    LeaseRequest,
+    Reply,
+    Status,
+    StopRequest,
+    WaitRequest,
+)
+
+
+class AsyncRemoteLink:
+    """``AsyncLink`` on a server's sockets; one object for one event loop.
+
+    Args:
+        socket: connected; whoever made it closes it.
+        name: who asks for the arm, for those who are refused.
+        lease_s: how long the server waits for a sign of life before it stops the arm, s.
+        now: local time, s, monotonic.
+    """
+
+    def __init__(
+        self,
+        socket: AsyncSocket,
+        name: str,
+        lease_s: float,
+        *,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._socket = socket
+        self._name = name
+        self._lease_s = lease_s
+        self._now = now
+        self._conversation = Conversation(socket.address)
+        self._parts = Parts(self._ask)
+        self._lock = asyncio.Lock()
+        self._replies: dict[int, asyncio.Future[Reply]] = {}
+        self._asked: dict[int, Sequence[Waiting]] = {}
+        self._to_ask: Sequence[Waiting] = ()
+        self._tasks: list[asyncio.Task[None]] = []
+
+    # --- the lease ----------------------------------------------------------------------------
+
+    async def acquire(self) -> None:
+        """Take the lease and keep it; errors as with ``RemoteLink.acquire``."""
+        self._tasks.append(asyncio.create_task(self._guarded(self._receive())))
+        await self.request(LeaseRequest("acquire", self._name, self._lease_s))
+        self._tasks.append(asyncio.create_task(self._guarded(self._renew())))
+        if self.status().clock == REALTIME:
+            self._parts.at_once = True
+            self._tasks.append(asyncio.create_task(self._guarded(self._hear())))
+
+    async def stop_moving(self) -> None:
+        """Bring the arm to rest on its path and wait for it."""
+        await self.request(StopRequest())
+        await self.wait(AtRest())
+
+    async def release(self) -> None:
+        """Give the lease back, if the server is still there; an arm that moves is stopped."""
+        with suppress(RfmsError):  # it has lapsed, or will
+            await self.request(LeaseRequest("release", self._name))
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    # --- what a program asks ------------------------------------------------------------------
+
+    async def request(self, message: ArmRequest | LeaseRequest) -> Answer:
+        """Hand a message over; see ``RemoteLink.request``."""
+        return await self._in_turn(message)
+
+    async def wait(self, *any_of: AnyCondition) -> None:
+        """Let time go on until one of some conditions holds, for this part of the program."""
+        await self._parts.wait(any_of)
+
+    async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
+        """Run coroutines as parts of one program; see ``Parts.run``."""
+        return await self._parts.run(parts)
+
+    def status(self) -> Status:
+        """The newest state of the arm: that of the last reply, in real time a later broadcast."""
+        return self._conversation.status
+
+    def time(self) -> float:
+        """The server's time, s."""
+        return self._conversation.time(self._now())
+
+    # --- replies ------------------------------------------------------------------------------
+
+    async def _in_turn(self, message: AnyRequest) -> Answer:
+        """One request after the other: only the last is answered again if its reply is lost."""
+        async with self._lock:
+            try:
+                return await self._exchange(message)
+            finally:
+                self._send_wait()
+
+    async def _exchange(self, message: AnyRequest) -> Answer:
+        self._conversation.check()
+        request = self._conversation.number(message)
+        reply = self._replies[request.serial] = asyncio.get_running_loop().create_future()
+        until = self._now() + ANSWER_S
+        try:
+            while self._now() < until:
+                self._socket.send(request.data)
+                done, _ = await asyncio.wait([reply], timeout=RETRY_S)
+                if done:
+                    return answer_of(reply.result())
+        finally:
+            del self._replies[request.serial]
+        raise self._conversation.silent()
+
+    def _ask(self, waiting: Sequence[Waiting]) -> None:
+        """One wait for all that is waited for; it takes the place of an earlier one."""
+        self._to_ask = waiting
+        if not self._lock.locked():
+            self._send_wait()
+
+    def _send_wait(self) -> None:
+        waiting, self._to_ask = self._to_ask, ()
+        if waiting:
+            conditions = [condition for one in waiting for condition in one.any_of]
+            wait = self._conversation.number(WaitRequest(conditions))
+            self._asked[wait.serial] = waiting
+            self._socket.send(wait.data)
+
+    async def _receive(self) -> None:
+        """Hand every reply to whom it is for."""
+        while True:
+            data = await self._socket.receive(self._lease_s)
+            if data is None:
+                continue
+            reply = self._conversation.read(data, self._now())
+            future = self._replies.get(reply.serial)
+            asked = self._asked.pop(reply.serial, None)
+            if future is not None and not future.done():
+                future.set_result(reply)
+            elif asked is not None:
+                self._woken(asked, reply)
+            elif reply.serial == 0:
+                answer_of(reply)  # what the server could not read
+
+    def _woken(self, asked: Sequence[Waiting], reply: Reply) -> None:
+        try:
+            self._parts.woken(asked, answer_of(reply).held)
+        except RfmsError as error:
+            self._parts.fail(error)
+
+    async def _renew(self) -> None:
+        while True:
+            await asyncio.sleep(self._lease_s / RENEWALS)
+            await self._in_turn(LeaseRequest("renew", self._name, self._lease_s))
+
+    async def _hear(self) -> None:
+        while True:
+            data = await self._socket.newest_status(self._lease_s)
+            if data is not None:
+                self._conversation.hear(data, self._now())
+
+    async def _guarded(self, task: Coroutine[Any, Any, None]) -> None:
+        """Run something in the background; whoever waits is told why it ended."""
+        try:
+            await task
+        except LinkError as error:
+            self._conversation.lost = error
+            self._parts.fail(error)
+        except RfmsError as error:
+            self._parts.fail(error)

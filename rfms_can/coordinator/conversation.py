@@ -1,0 +1,143 @@
+"""A session with a server, without sockets: what is sent, and what the replies say."""
+
+import secrets
+from typing import Final, NamedTuple
+
+import msgspec
+
+from rfms_can.coordinator.refusals import error_of
+from rfms_can.errors import LinkError
+from rfms_can.messages import Answer, AnyRequest, Envelope, Reply, Status
+
+ANSWER_S: Final = 5.0
+"""How long a server may be silent before it is given up, s: longer than a lockstep barrier."""
+RETRY_S: Final = 0.5
+"""How long a request may be unanswered before it is sent again, s; it is processed once."""
+RENEWALS: Final = 3
+"""How often a lease is renewed in its time."""
+REALTIME: Final = "realtime"
+CLOCK_DRIFT: Final = 1e-3
+"""How much faster than ours the server's clock is believed to run at most, s/s."""
+
+_encode = msgspec.msgpack.Encoder().encode
+_replies: Final = msgspec.msgpack.Decoder(Reply)
+_statuses: Final = msgspec.msgpack.Decoder(Status)
+
+
+class Request(NamedTuple):
+    """A request with its number, as it is sent, and sent again."""
+
+    serial: int
+    data: bytes
+
+
+class Conversation:
+    """Numbers requests, reads replies, and keeps the newest state they tell.
+
+    Args:
+        address: of the server, for errors.
+
+    Attributes:
+        lost: why nothing is heard of the server any more, or None.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.lost: LinkError | None = None
+        self._address = address
+        self._session = secrets.token_hex(16)
+        self._serial = 0
+        self._status: Status | None = None
+        self._offset = 0.0
+        self._heard = 0.0
+
+    def number(self, message: AnyRequest) -> Request:
+        """Give a message the next serial number."""
+        self._serial += 1
+        return Request(self._serial, _encode(Envelope(self._session, self._serial, message)))
+
+    def read(self, data: bytes, now: float) -> Reply:
+        """A reply that has come.
+
+        Args:
+            data: as it came.
+            now: local time, s, monotonic.
+
+        Raises:
+            LinkError: it is none.
+        """
+        try:
+            reply = _replies.decode(data)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise self._nonsense(error) from error
+        self._note(reply.status, now)
+        return reply
+
+    def hear(self, data: bytes, now: float) -> None:
+        """A status that has been broadcast; arguments and errors as with :meth:`read`."""
+        try:
+            status = _statuses.decode(data)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise self._nonsense(error) from error
+        if self._status is None or status.cycle > self._status.cycle:
+            self._note(status, now)
+
+    @property
+    def status(self) -> Status:
+        """The newest state of the arm that is known.
+
+        Raises:
+            LinkError: the server has said nothing yet.
+        """
+        if self._status is None:
+            raise self.silent()
+        return self._status
+
+    def time(self, now: float) -> float:
+        """The server's time, s.
+
+        In virtual time and lockstep it is that of the last status, because it stands while the
+        program runs. In real time it has gone on since: by how much tells the status that came
+        with the least delay, so that a late one does not set it back.
+
+        Args:
+            now: local time, s, monotonic.
+        """
+        status = self.status
+        return now - self._offset if status.clock == REALTIME else status.time
+
+    def check(self) -> None:
+        """Raise ``LinkError`` if the server has been given up: nobody waits for it again."""
+        if self.lost is not None:
+            raise self.lost
+
+    def silent(self) -> LinkError:
+        """The error that the server does not answer; it is given up."""
+        self.lost = LinkError(
+            f"server {self._address!r} has not answered for {ANSWER_S:g} s: see whether it runs "
+            f"(rfms serve), and the address and keys"
+        )
+        return self.lost
+
+    def _note(self, status: Status, now: float) -> None:
+        """Keep a state that is no older than the one that is known, and what it says of time."""
+        known = self._status
+        if known is not None and status.cycle < known.cycle:
+            return
+        offset = now - status.time
+        if known is not None:
+            offset = min(offset, self._offset + CLOCK_DRIFT * (now - self._heard))
+        self._status, self._offset, self._heard = status, offset, now
+
+    def _nonsense(self, error: Exception) -> LinkError:
+        return LinkError(f"server {self._address!r} says what is no reply: {error}")
+
+
+def answer_of(reply: Reply) -> Answer:
+    """What a reply says.
+
+    Raises:
+        RfmsError: the request was refused: the exception of the server's error.
+    """
+    if reply.refusal is not None:
+        raise error_of(reply.refusal)
+    return reply.answer or Answer()

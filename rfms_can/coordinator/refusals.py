@@ -1,0 +1,43 @@
+"""From the server's refusals back to exceptions: a program catches the same ones everywhere."""
+
+from typing import Final
+
+from rfms_can.compliance.selection import SelectionError
+from rfms_can.errors import (
+    EquationError,
+    FaultError,
+    JointLimitError,
+    KinematicsError,
+    LeaseError,
+    LinkError,
+    ModeError,
+    MoveError,
+    ProgramError,
+    RfmsError,
+    SingularityError,
+    TransformError,
+    UnreachableError,
+)
+from rfms_can.messages import Refusal
+
+ERRORS: Final[dict[str, type[RfmsError]]] = {
+    "EquationError": EquationError,
+    "FaultError": FaultError,
+    "JointLimitError": JointLimitError,
+    "KinematicsError": KinematicsError,
+    "LeaseError": LeaseError,
+    "LinkError": LinkError,
+    "ModeError": ModeError,
+    "MoveError": MoveError,
+    "ProgramError": ProgramError,
+    "SelectionError": SelectionError,
+    "SingularityError": SingularityError,
+    "TransformError": TransformError,
+    "UnreachableError": UnreachableError,
+}
+"""The classes a server may name; another name, of a newer server, is a ``ProgramError``."""
+
+
+def error_of(refusal: Refusal) -> RfmsError:
+    """The exception a refusal stands for."""
+    return ERRORS.get(refusal.error, ProgramError)(refusal.reason)

@@ -1,0 +1,204 @@
+"""A program's link to a server over sockets: requests one by one, and a lease that is kept.
+
+The conversation is one session, whoever speaks in it: a lock makes sure that a request and its
+reply are not mixed with another's, because the server answers a request that is repeated only as
+long as no later one has come. A thread renews the lease while the program computes; while it waits
+for the server, the wait itself does.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Final
+
+from rfms_can.coordinator.conversation import (
+    ANSWER_S,
+    RENEWALS,
+    RETRY_S,
+    Conversation,
+    Request,
+    answer_of,
+)
+from rfms_can.coordinator.sockets import Socket
+from rfms_can.errors import RfmsError
+from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    AnyRequest,
+    ArmRequest,
+    AtRest,
+    LeaseRequest,
+    Reply,
+    Status,
+    StopRequest,
+    WaitRequest,
+)
+
+SLICE_S: Final = 0.1
+"""How often somebody who wants the program to end, or to watch it, is asked while it waits, s."""
+
+
+class RemoteLink:
+    """``Link`` on a server's sockets.
+
+    Args:
+        socket: connected; whoever made it closes it.
+        name: who asks for the arm, for those who are refused.
+        lease_s: how long the server waits for a sign of life before it stops the arm, s.
+        interrupted: whether somebody wants the program to end; asked while it waits.
+        watch: is shown the arm's state now and then while the program waits.
+        now: local time, s, monotonic.
+    """
+
+    def __init__(
+        self,
+        socket: Socket,
+        name: str,
+        lease_s: float,
+        *,
+        interrupted: Callable[[], bool] = lambda: False,
+        watch: Callable[[Status], None] = lambda _: None,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._socket = socket
+        self._name = name
+        self._lease_s = lease_s
+        self._interrupted = interrupted
+        self._watch = watch
+        self._now = now
+        self._conversation = Conversation(socket.address)
+        self._lock = threading.Lock()
+        self._waiting = 0
+        self._early: Reply | None = None
+        self._left = threading.Event()
+        self._keeper: threading.Thread | None = None
+
+    # --- the lease ----------------------------------------------------------------------------
+
+    def acquire(self) -> None:
+        """Take the lease and keep it.
+
+        Raises:
+            LeaseError: another coordinator controls the arm.
+            LinkError: the server does not answer.
+        """
+        self.request(LeaseRequest("acquire", self._name, self._lease_s))
+        self._keeper = threading.Thread(target=self._keep, name="lease", daemon=True)
+        self._keeper.start()
+
+    def stop_moving(self) -> None:
+        """Bring the arm to rest on its path and wait for it, whoever wants the program to end."""
+        self._interrupted = lambda: False
+        self.request(StopRequest())
+        self.wait(AtRest())
+
+    def release(self) -> None:
+        """Give the lease back, if the server is still there; an arm that moves is stopped."""
+        self._left.set()
+        if self._keeper is not None:
+            self._keeper.join()
+        with suppress(RfmsError):  # it has lapsed, or will
+            self.request(LeaseRequest("release", self._name))
+
+    def _keep(self) -> None:
+        """Renew the lease unless the program speaks for itself."""
+        while not self._left.wait(self._lease_s / RENEWALS):
+            if self._lock.acquire(blocking=False):
+                try:
+                    self._renew()
+                except RfmsError:
+                    return  # the program is told so when it speaks next
+                finally:
+                    self._lock.release()
+
+    def _renew(self) -> None:
+        self._exchange(LeaseRequest("renew", self._name, self._lease_s))
+
+    # --- what a program asks ------------------------------------------------------------------
+
+    def request(self, message: ArmRequest | LeaseRequest) -> Answer:
+        """Hand a message over; sent again, with the same number, if no reply comes.
+
+        Raises:
+            RfmsError: the server refuses it, see ``Link.request``.
+        """
+        with self._lock:
+            return self._exchange(message)
+
+    def wait(self, *any_of: AnyCondition) -> None:
+        """Let time go on until one of some conditions holds.
+
+        Raises:
+            RfmsError: see ``Link.wait``.
+            KeyboardInterrupt: somebody wants the program to end.
+        """
+        with self._lock:
+            wait = self._conversation.number(WaitRequest(list(any_of)))
+            self._waiting = wait.serial
+            self._socket.send(wait.data)
+            try:
+                answer_of(self._awaited(wait))
+            finally:
+                self._waiting, self._early = 0, None
+
+    def status(self) -> Status:
+        """The newest state of the arm: that of the last reply, or a later broadcast."""
+        with self._lock:
+            self._look()
+            return self._conversation.status
+
+    def time(self) -> float:
+        """The server's time, s."""
+        with self._lock:
+            self._look()
+            return self._conversation.time(self._now())
+
+    # --- replies ------------------------------------------------------------------------------
+
+    def _exchange(self, message: AnyRequest) -> Answer:
+        self._conversation.check()
+        request = self._conversation.number(message)
+        until = self._now() + ANSWER_S
+        while self._now() < until:
+            self._socket.send(request.data)
+            reply = self._reply(request, RETRY_S)
+            if reply is not None:
+                return answer_of(reply)
+        raise self._conversation.silent()
+
+    def _awaited(self, wait: Request) -> Reply:
+        """The reply to a wait, however long it takes; meanwhile the lease is renewed."""
+        renew_at = self._now() + self._lease_s / RENEWALS
+        while (reply := self._reply(wait, min(SLICE_S, self._lease_s / RENEWALS))) is None:
+            if self._interrupted():
+                raise KeyboardInterrupt
+            self._look()
+            self._watch(self._conversation.status)
+            if self._now() >= renew_at:
+                self._renew()
+                renew_at = self._now() + self._lease_s / RENEWALS
+        return reply
+
+    def _reply(self, request: Request, timeout_s: float) -> Reply | None:
+        """The reply to a request, or None; that of a wait that comes before it is kept."""
+        until = self._now() + timeout_s
+        while True:
+            if request.serial == self._waiting and self._early is not None:
+                return self._early
+            left = until - self._now()
+            data = self._socket.receive(left) if left > 0.0 else None
+            if data is None:
+                return None
+            reply = self._conversation.read(data, self._now())
+            if reply.serial == request.serial:
+                return reply
+            if reply.serial == self._waiting:
+                self._early = reply
+            elif reply.serial == 0:
+                answer_of(reply)  # what the server could not read
+
+    def _look(self) -> None:
+        data = self._socket.newest_status(0.0)
+        if data is not None:
+            self._conversation.hear(data, self._now())
