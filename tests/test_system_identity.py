@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from system_run import SHORT
+from system_run import ROOT, SHORT
 
 from rfms_can.rig.candump import Cycle, cycles_from_enable, read_candump
 from rfms_can.rig.program import load_program
@@ -15,11 +15,13 @@ from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import Wire
 
 VCAN = "socketcan:vcan0"
+CONVEYOR = ROOT / "examples" / "conveyor.py"
+"""A program that is part of the clock: what its camera sees depends on the arm's time."""
 
 
-def cycles(directory: Path, bus: str, seed: int = 1) -> list[Cycle]:
-    """Cycles of a recorded run of the short program, which ends well."""
-    outcome = execute(load_program(SHORT), RunSettings(bus=bus, seed=seed), record=directory)
+def cycles(directory: Path, bus: str, seed: int = 1, program: Path = SHORT) -> list[Cycle]:
+    """Cycles of a recorded run of a program, which ends well."""
+    outcome = execute(load_program(program), RunSettings(bus=bus, seed=seed), record=directory)
     assert outcome.fault is None
     assert outcome.result.incomplete == 0
     summary = json.loads((directory / "summary.json").read_text())
@@ -29,13 +31,18 @@ def cycles(directory: Path, bus: str, seed: int = 1) -> list[Cycle]:
 
 
 @cache
-def on_the_simulated_bus(directory: Path) -> list[Cycle]:
-    return cycles(directory, "sim")
+def on_the_simulated_bus(directory: Path, program: Path = SHORT) -> list[Cycle]:
+    return cycles(directory, "sim", program=program)
 
 
 @pytest.fixture
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> list[Cycle]:
     return on_the_simulated_bus(tmp_path_factory.getbasetemp() / "simulated")
+
+
+@pytest.fixture
+def simulated_conveyor(tmp_path_factory: pytest.TempPathFactory) -> list[Cycle]:
+    return on_the_simulated_bus(tmp_path_factory.getbasetemp() / "conveyor", CONVEYOR)
 
 
 def assert_same(found: list[Cycle], expected: list[Cycle]) -> None:
@@ -85,3 +92,18 @@ def test_nine_processes_on_the_hub_say_the_same(
 @pytest.mark.vcan
 def test_nine_processes_on_vcan0_say_the_same(simulated: list[Cycle], tmp_path: Path) -> None:
     assert_same(cycles(tmp_path, VCAN), simulated)
+
+
+@pytest.mark.processes
+def test_a_camera_and_a_belt_are_the_same_on_the_hub(
+    simulated_conveyor: list[Cycle], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    assert_same(cycles(tmp_path / "hub", "hub:conveyor", program=CONVEYOR), simulated_conveyor)
+
+
+@pytest.mark.vcan
+def test_a_camera_and_a_belt_are_the_same_on_vcan0(
+    simulated_conveyor: list[Cycle], tmp_path: Path
+) -> None:
+    assert_same(cycles(tmp_path, VCAN, program=CONVEYOR), simulated_conveyor)
