@@ -178,6 +178,18 @@ def test_a_jump_goes_on_from_the_last_sample_and_tells_in_the_next() -> None:
     assert follower.goal.pose(upcoming) == pytest.approx(promised, abs=1e-8)
 
 
+def test_a_pose_of_six_digits_makes_no_jump() -> None:
+    """Its rotation is one to 1e-6 only: taken as it is, two of them would differ by that."""
+    rounded = Transform(*(round(x, 6) for x in Transform.rpy(0.3, -0.2, 0.1)))
+    assert rounded.rigidity_error() > 1e-7
+    follower = Follower(rounded)
+    follower.run(0.1)
+    sent = follower.poses[-1]
+    assert sent.is_rigid(1e-12)
+    follower.see(Transform.rpy(0.32, -0.2, 0.1))
+    assert follower.goal.pose(Moment(follower.tick - 1)) == pytest.approx(sent, abs=1e-14)
+
+
 def test_a_reference_is_a_function_of_the_tick_in_any_order() -> None:
     follower = scenario(PERIOD_S)
     ticks = list(range(follower.tick - 60, follower.tick))

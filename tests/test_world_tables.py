@@ -1,15 +1,18 @@
 """Symbol tables: transforms by kind, what a redefinition does, and every refusal."""
 
+import contextlib
 import math
 import re
-from typing import Any
+from typing import Any, Literal
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rfms_can.errors import EquationError, ModeError, ProgramError, TransformError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.world import WorldModel
+from rfms_can.master.world import Limits, WorldModel
 from rfms_can.master.world.tables import MAX_MODES, MAX_POSITIONS, MAX_TRANSFORMS
 from rfms_can.messages import T6, Linear, ModeMessage, PositionMessage, TransformMessage
 from rfms_can.transform import Transform
@@ -191,6 +194,33 @@ def test_tables_hold_so_many_and_redefinitions_need_no_room() -> None:
         world.define_mode(ModeMessage("more", "joint", 0.2, 2.0))
     with pytest.raises(ProgramError, match=r"there are: m0, .*, m19 and 236 more"):
         world.mode("more")
+
+
+numbers = st.one_of(
+    st.floats(), st.floats(-1.0, 1.0), st.sampled_from([0.0, 1.0, -1.0, 999.0, 2.0, 1.99])
+)
+twists = st.one_of(st.none(), st.tuples(*(numbers,) * 6))
+turns = st.tuples(*(st.floats(-math.pi, math.pi),) * 3)
+
+
+@settings(max_examples=200)
+@given(
+    st.lists(st.tuples(turns, numbers, numbers, twists, st.booleans(), st.booleans()), max_size=6)
+)
+def test_whatever_is_observed_is_refused_or_leaves_a_goal_that_is_a_pose(
+    observations: list[tuple[Any, ...]],
+) -> None:
+    world = WorldModel(OWN, PERIOD_S)
+    world.define_transform(TransformMessage("seen", shift(0.2), "reference"), NOW)
+    goal = world.define_position(to("seen")).goal
+    for k, (turn, x, stamp, twist, moves, fades) in enumerate(observations):
+        rows = Transform.rpy(*turn)._replace(px=x)
+        predict: Literal["velocity", "hold"] = "velocity" if moves else "hold"
+        message = TransformMessage("seen", rows, "reference", None, predict, twist, stamp)
+        with contextlib.suppress(TransformError):
+            world.define_transform(message, NOW + k, Limits(1.0, 5.0) if fades else None)
+        for tick in (0, NOW + k, NOW + k + 10, 10**7):
+            assert goal.pose(Moment(tick)).is_rigid(1e-9)
 
 
 def test_a_position_or_a_mode_is_defined_once(world: WorldModel) -> None:

@@ -140,7 +140,7 @@ class Reference:
         self._observations.add(observation)
         held = predict == "hold"
         prediction = self._observations.held() if held else self._observations.moving()
-        if self._upcoming is not None and tick >= self._upcoming.begin:
+        if self._upcoming is not None and tick > self._upcoming.begin:
             self._course = self._upcoming
         self._upcoming = self._tick = None
         if limits is None or not known:

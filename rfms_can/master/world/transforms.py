@@ -13,6 +13,9 @@ from rfms_can.master.world.tables import MAX_TRANSFORMS, SymbolTable
 from rfms_can.messages import T6, TransformMessage
 from rfms_can.transform import Transform
 
+EXACT: Final = 1e-12
+"""``rigidity_error`` of a product of rotations in double precision, with room to spare."""
+
 
 class Transforms:
     """Transforms by name; each keeps the kind it was defined with.
@@ -66,7 +69,9 @@ class Transforms:
         reference = self.table.get(name)
         if not isinstance(reference, Reference):
             reference = self.table[name] = Reference(self._period)
-        reference.observe(Observation(rows, time, twist), message.predict, tick, limits)
+        reference.observe(
+            Observation(_orthonormal(rows), time, twist), message.predict, tick, limits
+        )
 
     def _check(self, message: TransformMessage, rows: Transform) -> None:
         """What all kinds have in common."""
@@ -94,3 +99,11 @@ class Transforms:
                 f"transform {name!r}: of kind {kind} with a twist, a stamp or a prediction; only "
                 f"a reference is observed"
             )
+
+
+def _orthonormal(rows: Transform) -> Transform:
+    """A pose given with few digits as a rotation; what is left out would be seen as a jump."""
+    if rows.rigidity_error() <= EXACT:
+        return rows
+    _, ox, ax, px, _, oy, ay, py, _, oz, az, pz = rows
+    return Transform.from_o_a_p((ox, oy, oz), (ax, ay, az), (px, py, pz))
