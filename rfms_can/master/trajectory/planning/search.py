@@ -19,8 +19,8 @@ from rfms_can.master.trajectory.segment import Transition
 TRIES: Final = 12
 """Times that are tried before giving up."""
 
-GROWTH: Final = 1.01
-"""Least part by which a time grows from the second try on."""
+GROWTH: Final = 1.002
+"""Least part by which a time grows from one try to the next."""
 
 
 class Times(NamedTuple):
@@ -79,15 +79,30 @@ class Trial(NamedTuple):
         return Outcome(base, phases, worst_excess(self.arm, phases))
 
     def slowed(self, excess: Excess, longest: int) -> Outcome | None:
-        """The outcome with a segment time up to ``longest`` that does; None if there is none."""
+        """The outcome with a segment time up to ``longest`` that does; None if there is none.
+
+        The acceleration of a transition is that of the change of velocity: a constant and a part
+        that is inverse to the time. As the largest of such it is convex in the inverse of time, so
+        that what two trials leave of it at rest is never too much.
+        """
         segment, acceleration = self.times
-        least = 1.0
+        last: tuple[float, float] | None = None
         for _ in range(TRIES):
-            segment = max(segment + 1, math.ceil(segment * max(excess.slower, least)))
+            longer = segment * excess.slower
+            here = (1.0 / segment, excess.ratio)
+            if excess.blending:
+                if last is not None:
+                    slope = (last[1] - here[1]) / (last[0] - here[0])
+                    at_rest = here[1] - slope * here[0]
+                    if at_rest >= 1.0:
+                        return None
+                    longer = slope / (1.0 - at_rest)
+                last = here
+            segment = max(segment + 1, math.ceil(longer), math.ceil(segment * GROWTH))
             outcome = self._within(Times(segment, acceleration), longest, acceleration)
             if outcome is None or outcome.excess is None:
                 return outcome
-            excess, least = outcome.excess, GROWTH
+            excess = outcome.excess
         return None
 
     def eased(self, excess: Excess, longest: int, longest_acceleration: int) -> Outcome | None:
