@@ -27,6 +27,7 @@ class CoreSocket:
         lose_replies: how many of the next replies are.
         deaf: whether the server is not there at all.
         garble: what comes instead of the next reply.
+        late_ns: by how much local time goes on with the next cycle.
     """
 
     def __init__(self, bench: Bench, peer: bytes) -> None:
@@ -34,7 +35,7 @@ class CoreSocket:
         self.bench = bench
         self.peer = peer
         self.sent: list[Envelope] = []
-        self.lose = self.lose_replies = 0
+        self.lose = self.lose_replies = self.late_ns = 0
         self.deaf = False
         self.garble: bytes | None = None
         self.closed = False
@@ -66,6 +67,8 @@ class CoreSocket:
             if inbox or self.deaf or not bench.server.time_may_pass:
                 break
             bench.cycles()
+            bench.now_ns += self.late_ns
+            self.late_ns = 0
         if self.garble is not None:
             data, self.garble = self.garble, None
             return data

@@ -258,10 +258,13 @@ def test_a_long_wait_renews_the_lease(bench: Bench, socket: CoreSocket) -> None:
     assert bench.server.holder == "cell"
 
 
-def test_a_lease_that_lapsed_ends_the_program(bench: Bench, arm: Arm) -> None:
+def test_a_lease_that_lapsed_ends_the_program(bench: Bench, socket: CoreSocket, arm: Arm) -> None:
     lift(arm)
-    bench.now_ns += 11 * SECOND
-    bench.cycles()
+    arm.sleep(0.02)
+    socket.late_ns = 11 * SECOND
+    with pytest.raises(LeaseError, match="was not renewed in time"):
+        arm.wait()
+    assert bench.server.holder is None
     with pytest.raises(LeaseError, match="nobody controls the arm, or no more"):
         arm.move("up", "slow")
 

@@ -46,6 +46,7 @@ class Parts:
         self._begin = begin
         self._live = 1
         self._waiting: list[Waiting] = []
+        self._asked: Sequence[Waiting] = ()
         self._failure: Exception | None = None
         self.at_once = False
 
@@ -80,6 +81,8 @@ class Parts:
                 self._waiting.remove(owner)
                 owner.wake()
         if held:
+            if asked is self._asked:
+                self._asked = ()
             self.look()
 
     def fail(self, error: Exception) -> None:
@@ -91,9 +94,12 @@ class Parts:
 
     def look(self) -> None:
         """Ask the server if it is time to: all parts wait, or in real time any of them."""
-        waiting = self._waiting
-        if waiting and (self.at_once or len(waiting) >= self._live):
-            self._begin(tuple(waiting))
+        waiting = tuple(self._waiting)
+        if not waiting or waiting == self._asked:
+            return
+        if self.at_once or len(waiting) >= self._live:
+            self._asked = waiting
+            self._begin(waiting)
 
     async def run(self, coroutines: Sequence[Coroutine[Any, Any, Any]]) -> list[Any]:
         """Run coroutines as parts beside one another, in place of the part that asks for it.
