@@ -1,5 +1,7 @@
 """The server's core, pumped with plain functions: lease, serials, waits, clock, emergency stop."""
 
+import math
+
 import pytest
 from server_bench import SECOND, Bench, Coordinator, encode
 
@@ -12,8 +14,10 @@ from rfms_can.messages import (
     CycleReached,
     JawAtRest,
     LeaseRequest,
+    ModeMessage,
     MoveOver,
     MoveRequest,
+    PositionMessage,
     Query,
     StopRequest,
     TransformMessage,
@@ -123,6 +127,38 @@ def test_giving_the_arm_back_in_mid_motion_stops_it_too(bench: Bench, left: Coor
     bench.run(lambda: False)
     assert bench.server.status().at_rest
     assert bench.server.numbers().lapses == 1
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("cycles", [60, 300])  # on its way to the belt; at rest relative to it
+def test_a_lapse_stops_an_arm_that_follows_a_moving_goal(
+    bench: Bench, left: Coordinator, cycles: int
+) -> None:
+    """Nobody observes the belt any more: its prediction must not carry the arm away."""
+    left.acquire()
+    belt = TransformMessage(
+        "belt", HOME, "reference", predict="velocity", twist=(0.0, 0.05, 0.0, 0.0, 0.0, 0.0)
+    )
+    left.done(belt)
+    left.done(TransformMessage("object", Transform.translation(0.0, 0.0, 0.03) @ bench.t6))
+    left.done(PositionMessage("on it", ["t6"], ["belt", "object"]))
+    left.done(ModeMessage("swift", "cartesian", 0.2, 0.6))
+    left.done(MoveRequest("on it", "swift"))
+    bench.cycles(cycles)
+    bench.now_ns += SECOND
+    bench.cycles()
+    lapsed_at = bench.t6
+    rates = [tuple(bench.supervisor.motion.commanded.rate)]
+
+    def rested() -> bool:
+        rates.append(tuple(bench.supervisor.motion.commanded.rate))
+        return False
+
+    bench.run(rested, limit=400)
+    status = bench.server.status()
+    assert (status.at_rest, status.phase, status.fault) == (True, "RUN", None)
+    assert math.dist(bench.t6[9:], lapsed_at[9:]) < 0.05
+    assert not any(rates[-1])
 
 
 def test_another_program_begins_with_empty_tables(

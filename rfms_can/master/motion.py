@@ -95,7 +95,7 @@ class Motion:
             case MoveRequest():
                 return self._move(message)
             case StopRequest():
-                self.generator.stop()
+                self._stop()
             case PauseRequest():
                 self.generator.pause()
             case ResumeRequest():
@@ -135,6 +135,14 @@ class Motion:
         self._moves = {k: move for k, move in self._moves.items() if k >= under_way}
         self._moves[sequence] = (position, mode)
         return Answer(sequence, segment_time=move.segment_ticks * self._period)
+
+    def _stop(self) -> None:
+        """Come to rest on the path; goals that move by themselves come to rest as well."""
+        self.generator.stop()
+        for name in self.world.names().transforms:
+            limits = self._limits(name)
+            if limits is not None:
+                self.world.halt_transform(name, self.generator.tick_count, limits)
 
     def _limits(self, transform: str) -> Limits | None:
         """What a jump of a transform may add to the motion under way, or to the one settled next.

@@ -68,7 +68,7 @@ class Control:
         supervisor = self._supervisor
         text = f"{self.lease.name!r} {why}"
         self.lease.free()
-        if supervisor.phase is Phase.RUN and not holds(supervisor, _AT_REST):
+        if supervisor.phase is Phase.RUN and not self._rests():
             supervisor.handle(StopRequest())
             self._stopping = True
             self.lapses += 1
@@ -78,8 +78,13 @@ class Control:
     def cycle_closed(self) -> None:
         """See whether an arm that was stopped rests."""
         supervisor = self._supervisor
-        if self._stopping and (supervisor.phase is not Phase.RUN or holds(supervisor, _AT_REST)):
+        if self._stopping and (supervisor.phase is not Phase.RUN or self._rests()):
             self._stopping = False
+
+    def _rests(self) -> bool:
+        """Whether the arm stands still and is commanded to: not following a slow goal either."""
+        supervisor = self._supervisor
+        return holds(supervisor, _AT_REST) and not supervisor.motion.moves
 
     def time_may_pass(self, *, holder_waits: bool) -> bool:
         """Whether the next cycle may begin: but for real time, coordinators are part of the clock.

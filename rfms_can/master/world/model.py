@@ -51,6 +51,16 @@ class WorldModel:
         """
         self._transforms.define(message, tick, limits)
 
+    def halt_transform(self, name: str, tick: int, limits: Limits) -> None:
+        """Bring a reference that moves to rest within limits; it stays until it is observed again.
+
+        Args:
+            name: of a transform that is defined.
+            tick: of the next set-point.
+            limits: of the mode the arm moves with.
+        """
+        self._transforms.halt(name, tick, limits)
+
     def define_position(self, message: PositionMessage, tick: int = 0) -> Position:
         """Solve a position equation for T6 and enter it.
 

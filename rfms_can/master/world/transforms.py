@@ -1,13 +1,15 @@
 """The symbol table of transforms: definitions, redefinitions, observations."""
 
+import math
 from typing import Final
 
 from rfms_can.errors import TransformError
+from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world.functions import evaluator
 from rfms_can.master.world.kinds import Functional, FunctionalSymbol, Live
 from rfms_can.master.world.modes import Limits
 from rfms_can.master.world.numbers import MAX_SPEED, check_numbers, check_rigid, check_stamp
-from rfms_can.master.world.observed import Observation
+from rfms_can.master.world.observed import Observation, rotation_vector
 from rfms_can.master.world.reference import Reference
 from rfms_can.master.world.tables import MAX_TRANSFORMS, SymbolTable
 from rfms_can.messages import T6, TransformMessage
@@ -52,6 +54,25 @@ class Transforms:
         else:
             self._observe(message, rows, tick, limits)
         self.kinds[name] = message.kind
+
+    def halt(self, name: str, tick: int, limits: Limits) -> None:
+        """Bring a reference to rest within limits, as if it had been seen to stop ahead.
+
+        Args:
+            name: of the transform; one that is no reference rests.
+            tick: of the next set-point.
+            limits: of the mode the arm moves with.
+        """
+        reference = self.table.get(name)
+        if not isinstance(reference, Reference):
+            return
+        here, next_ = (reference.at(Moment(k, 1.0, 0.0)) for k in (tick, tick + 1))
+        step = math.dist((here.px, here.py, here.pz), (next_.px, next_.py, next_.pz))
+        turn = math.hypot(*rotation_vector(here.inverse() @ next_))
+        needed = max(step / limits.acceleration, turn / limits.angular_acceleration)
+        ahead = math.ceil(needed / self._period**2)  # v / a, in ticks
+        rows = reference.at(Moment(tick + ahead, 1.0, 0.0))
+        reference.observe(Observation(rows, tick * self._period), "hold", tick, limits)
 
     def _observe(
         self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
