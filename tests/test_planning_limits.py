@@ -25,7 +25,6 @@ AGREE = 0.03
 """How near a run must come to the peaks that were planned."""
 SPEEDS = np.array(PUMA_260.speed_limits)
 ACCELERATIONS = np.array(PUMA_260.acceleration_limits)
-CURVED = Transition.CARTESIAN
 
 
 class Leg(NamedTuple):
@@ -98,8 +97,8 @@ def test_accepted_moves_keep_the_limits_when_they_are_run(program: list[Leg]) ->
     assert np.all(speeds <= SAMPLED * SPEEDS)
     assert np.all(accelerations <= SAMPLED * ACCELERATIONS)
     most_speeds, most_accelerations = planned(rig)
-    assert np.all(speeds <= SAMPLED * most_speeds + 1e-6)
-    assert np.all(accelerations <= SAMPLED * most_accelerations + 1e-3)
+    assert np.all(speeds <= (1.0 + AGREE) * most_speeds + 1e-6)
+    assert np.all(accelerations <= (1.0 + AGREE) * most_accelerations + 1e-3)
 
 
 @settings(max_examples=30)
@@ -138,11 +137,11 @@ AHEAD: Joints = (0.4, 1.3, -2.8, 0.5, 1.2, 0.1)
 ASIDE: Joints = (0.0, 1.1, -2.6, 0.1, 0.8, -0.4)
 
 
-@pytest.mark.parametrize("mode", Mode)
-@pytest.mark.parametrize("transition", Transition)
+@pytest.mark.parametrize(
+    ("mode", "transition"),
+    [(Mode.JOINT, Transition.JOINT), *((Mode.CARTESIAN, each) for each in Transition)],
+)
 def test_planned_peaks_are_those_of_the_run(mode: Mode, transition: Transition) -> None:
-    if mode is Mode.JOINT and transition is CURVED:
-        pytest.skip("joint segments have joint transitions")
     rig = PlannedRig()
     rig.run(12)
     how = How(mode, segment_time=0.9, transition=transition)
@@ -233,7 +232,7 @@ def test_goals_and_paths_out_of_reach_name_move_and_place() -> None:
         rig.go(far, How(segment_time=1.0))
     beyond = at_angles((2.4, *REST[1:]))
     rig.plan(beyond, How(segment_time=3.0))
-    with pytest.raises((KinematicsError, MoveError), match="move 1: .*path"):
+    with pytest.raises((KinematicsError, MoveError), match=r"move 1: .*path"):
         rig.go(beyond, How(Mode.CARTESIAN, segment_time=3.0))
     right = Configuration.parse("right up noflip")
     with pytest.raises(JointLimitError, match=r"move 1: the goal: puma260: joint 1 would"):

@@ -15,6 +15,11 @@ PATH_SAMPLES: Final = 24
 """Poses at which a Cartesian path is tried before its move is accepted."""
 
 
+SAMPLED: Final = 1.02
+"""How much faster than its limit a set-point may be: plans are judged by samples and derivatives,
+the joints estimate theirs from the last set-points."""
+
+
 class LimitedArm(Geometry, Protocol):
     """The geometry of an arm and how fast its joints may run."""
 
@@ -37,7 +42,7 @@ class CommandedTrajectory:
         self._solve: Final = InverseKinematics(arm).solve
         self._joints: Final = tuple(JointSetpoint(period_s) for _ in arm.joint_limits)
         self._bounds: Final = tuple(
-            (lower, upper, speed * period_s)
+            (lower, upper, SAMPLED * speed * period_s)
             for (lower, upper), speed in zip(arm.joint_limits, arm.speed_limits, strict=True)
         )
 
