@@ -42,12 +42,14 @@ class Follower:
         predict: str = "hold",
         age: float = 0.0,
         limits: Limits | None = LIMITS,
+        twist: tuple[float, ...] | None = None,
     ) -> None:
         message = TransformMessage(
             "seen",
             pose,
             "reference",
-            predict=predict,  # type: ignore[arg-type]
+            predict="velocity" if twist else predict,  # type: ignore[arg-type]
+            twist=twist,  # type: ignore[arg-type]
             stamp=self.tick * self.period - age,
         )
         self.world.define_transform(message, self.tick, limits)
@@ -190,6 +192,20 @@ def test_a_pose_of_six_digits_makes_no_jump() -> None:
     assert follower.goal.pose(Moment(follower.tick - 1)) == pytest.approx(sent, abs=1e-14)
 
 
+def test_half_a_turn_is_one_whichever_way_it_is_seen() -> None:
+    """From a frame that turns to one at rest: in the midst of the samples the short way changes."""
+    follower = Follower()
+    follower.see(REST, twist=(0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    follower.run(0.6)
+    follower.poses.clear()
+    angle = (follower.tick - 1) * PERIOD_S
+    follower.run(0.02)
+    follower.see(Transform.rotation((0.0, 0.0, 1.0), angle + 0.02 + 1e-4 - math.pi))
+    follower.run(4.0)
+    assert largest(follower.angular_accelerations()) <= LIMITS.angular_acceleration
+    assert follower.poses[-1] == pytest.approx(follower.poses[-2], abs=1e-12)
+
+
 def test_a_reference_is_a_function_of_the_tick_in_any_order() -> None:
     follower = scenario(PERIOD_S)
     ticks = list(range(follower.tick - 60, follower.tick))
@@ -258,6 +274,9 @@ def test_any_observations_keep_the_limits_and_are_reached(
             px=chance.uniform(-0.005, 0.005), pz=chance.uniform(-0.005, 0.005)
         )
         follower.see(pose, limits=limits)
+        if follower.poses:
+            sent = follower.goal.pose(Moment(follower.tick - 1))
+            assert sent == pytest.approx(follower.poses[-1], abs=1e-13)
         follower.run(every * PERIOD_S)
     follower.run(5.0)
     assert largest(follower.accelerations()) <= acceleration
