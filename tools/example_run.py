@@ -57,7 +57,7 @@ class Trace:
         rig: the nodes: what a test may ask or do while the program runs.
         statuses: of every cycle; its joints are those measured at the SYNC at its time.
         commanded: joint set-points of the same cycles, rad.
-        stages: of the trajectory generator, when it made them.
+        stages, sequences: of the trajectory generator, when it made them, and the moves it made.
         on_cycle: called after every cycle: what the world around the arm does.
     """
 
@@ -66,6 +66,7 @@ class Trace:
     statuses: list[Status] = field(default_factory=list)
     commanded: list[Joints] = field(default_factory=list)
     stages: list[str] = field(default_factory=list)
+    sequences: list[int] = field(default_factory=list)
     on_cycle: Callable[["Trace"], None] | None = None
 
     @property
@@ -101,6 +102,7 @@ class Trace:
                 self.on_cycle(self)
         self.commanded.append(motion.commanded.theta)
         self.stages.append(motion.generator.stage.name)
+        self.sequences.append(motion.generator.sequence)
 
 
 _SYNC = Wire().codecs["SYNC"].id
