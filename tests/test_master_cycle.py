@@ -166,7 +166,9 @@ def test_a_t6_out_of_reach_is_refused_and_never_sent(fleet: Fleet) -> None:
     master.handle(TransformMessage("far", far))
     master.handle(PositionMessage("far away", ["t6"], ["far"]))
     master.handle(ModeMessage("swift", "joint", 0.1, 1.0))
-    with pytest.raises(MoveError, match=r"to 'far away' with 'swift': puma260: too_far"):
+    with pytest.raises(
+        MoveError, match=r"to 'far away' with 'swift': move 1: the goal: puma260: too_far"
+    ):
         master.handle(MoveRequest("far away", "swift"))
     first = len(fleet.pump.sent)
     fleet.run(20)

@@ -224,7 +224,7 @@ def test_moves_are_numbered_from_one(motion: Motion) -> None:
 def test_a_refused_move_names_place_and_mode_and_uses_no_number(motion: Motion) -> None:
     define(motion)
     for place, mode, reason in (
-        ("far", "free", r"to 'far' with 'free': puma260: too_far: "),
+        ("far", "free", r"to 'far' with 'free': move 1: the goal: puma260: too_far: "),
         ("near", "rushed", r"to 'near' with 'rushed': move 1: segment time 0.1 s is under"),
     ):
         with pytest.raises(MoveError, match=reason):

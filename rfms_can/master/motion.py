@@ -1,7 +1,7 @@
 """Motion: what programs ask for, and the set-point of the next cycle, checked before it is sent."""
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 from rfms_can.arm import Arm
 from rfms_can.compliance.selection import Selection, parse_bias
@@ -9,7 +9,7 @@ from rfms_can.errors import KinematicsError, MoveError, ProgramError
 from rfms_can.kinematics import Configuration, configuration_of, direct, singularity_margins
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.segment import Move, whole_ticks
+from rfms_can.master.trajectory.planning import MovePlanner
 from rfms_can.master.world import Limits, MotionMode, Position, WorldModel
 from rfms_can.messages import (
     Answer,
@@ -47,11 +47,24 @@ class Motion:
         self._arm = arm
         self._period = period_s
         self.commanded = CommandedTrajectory(arm, period_s)
-        self.generator = TrajectoryGenerator(period_s, blend, self.commanded.admit)
+        self.generator = TrajectoryGenerator(period_s, blend)
+        self._planner = MovePlanner(arm, period_s)
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True), period_s)
         self._moves: dict[int, tuple[Position, MotionMode]] = {}
         self._complies = Selection()
+        self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
+            TransformMessage: self._define_transform,
+            PositionMessage: self._define_position,
+            ModeMessage: self._define_mode,
+            MoveRequest: self._move,
+            StopRequest: self._stop,
+            PauseRequest: self._pause,
+            ResumeRequest: self._resume,
+            FeedRequest: self._feed,
+            ComplyRequest: self._comply,
+            LockRequest: self._lock,
+        }
 
     def enable(self, q: Sequence[float]) -> None:
         """Hold where the encoders say the arm is (rad); moves start from there.
@@ -70,6 +83,7 @@ class Motion:
         self.world.configuration = configuration
         self.generator.enable(direct(arm, q), configuration)
         self.commanded.reset(q)
+        self._planner.reset(self.commanded.theta)
         self._moves.clear()
 
     def forget(self) -> None:
@@ -84,65 +98,60 @@ class Motion:
         Raises:
             ProgramError: the request is refused; nothing has changed.
         """
-        match message:
-            case TransformMessage():
-                limits = self._limits(message.name)
-                self.world.define_transform(message, self.generator.tick_count, limits)
-            case PositionMessage():
-                self.world.define_position(message, self.generator.tick_count)
-            case ModeMessage():
-                self.world.define_mode(message)
-            case MoveRequest():
-                return self._move(message)
-            case StopRequest():
-                self._stop()
-            case PauseRequest():
-                self.generator.pause()
-            case ResumeRequest():
-                self.generator.resume()
-            case FeedRequest(rate):
-                self.generator.set_feed(rate)
-            case ComplyRequest(word, values):
-                added, _ = parse_bias(word, values)
-                self._complies = self._complies.with_(added)
-            case LockRequest(word):
-                self._complies = self._complies.without(Selection.parse(word))
-            case _:
-                raise ProgramError(f"{type(message).__name__} is no request for motion")
-        return NOTED
+        act = self._acts.get(type(message))
+        if act is None:
+            raise ProgramError(f"{type(message).__name__} is no request for motion")
+        return act(message) or NOTED
 
-    def _move(self, request: MoveRequest) -> Answer:
-        position = self.world.position(request.position)
-        mode = self.world.mode(request.mode)
-        if mode.segment_time is None:
-            raise MoveError(f"to {request.position!r} with {request.mode!r}: it has no time")
-        sequence = self._sequence + 1
-        move = Move(
-            sequence,
-            position.goal,
-            mode.mode,
-            whole_ticks(mode.segment_time, self._period),
-            whole_ticks(mode.acceleration_time, self._period),
-            mode.configuration or position.configuration,
-            mode.transition,
-        )
-        try:
-            self.generator.request(move)
-        except (MoveError, KinematicsError) as error:
-            raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error
-        self._sequence = sequence
-        under_way = self.generator.sequence
-        self._moves = {k: move for k, move in self._moves.items() if k >= under_way}
-        self._moves[sequence] = (position, mode)
-        return Answer(sequence, segment_time=move.segment_ticks * self._period)
+    def _define_transform(self, message: TransformMessage) -> None:
+        limits = self._limits(message.name)
+        self.world.define_transform(message, self.generator.tick_count, limits)
 
-    def _stop(self) -> None:
+    def _define_position(self, message: PositionMessage) -> None:
+        self.world.define_position(message, self.generator.tick_count)
+
+    def _define_mode(self, message: ModeMessage) -> None:
+        self.world.define_mode(message)
+
+    def _comply(self, request: ComplyRequest) -> None:
+        added, _ = parse_bias(request.word, request.values)
+        self._complies = self._complies.with_(added)
+
+    def _lock(self, request: LockRequest) -> None:
+        self._complies = self._complies.without(Selection.parse(request.word))
+
+    def _stop(self, _: StopRequest) -> None:
         """Come to rest on the path; goals that move by themselves come to rest as well."""
         self.generator.stop()
         for name in self.world.names().transforms:
             limits = self._limits(name)
             if limits is not None:
                 self.world.halt_transform(name, self.generator.tick_count, limits)
+
+    def _pause(self, _: PauseRequest) -> None:
+        self.generator.pause()
+
+    def _resume(self, _: ResumeRequest) -> None:
+        self.generator.resume()
+
+    def _feed(self, request: FeedRequest) -> None:
+        self.generator.set_feed(request.rate)
+
+    def _move(self, request: MoveRequest) -> Answer:
+        position = self.world.position(request.position)
+        mode = self.world.mode(request.mode)
+        sequence, generator = self._sequence + 1, self.generator
+        try:
+            before, tick = generator.last_accepted, generator.tick_count
+            plan = self._planner.plan(before, position, mode, sequence, tick)
+            generator.request(*plan.moves)
+        except (MoveError, KinematicsError) as error:
+            raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error
+        self._sequence = sequence
+        under_way = generator.sequence
+        self._moves = {k: move for k, move in self._moves.items() if k >= under_way}
+        self._moves[sequence] = (position, mode)
+        return Answer(sequence, plan.segment_time, plan.via_deviation, plan.via_rotation)
 
     def _limits(self, transform: str) -> Limits | None:
         """What a jump of a transform may add to the motion under way, or to the one settled next.
