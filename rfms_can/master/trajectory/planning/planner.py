@@ -203,10 +203,10 @@ class MovePlanner:
         if not left.segment.rests:
             at_goal, goal = trial.frame.at_goal(left.segment), left.segment.move.target
             off = deviation(
-                self.arm, outcome.phases[0].motion[0], goal.left(at_goal), goal.right(at_goal)
+                self.arm, outcome.preview.entry.motion[0], goal.left(at_goal), goal.right(at_goal)
             )
         self._remember(move.sequence, _Planned(drive, base.theta_BC, base.goal))
-        speeds, accelerations = (_joints(values) for values in peaks(outcome.phases))
+        speeds, accelerations = (_joints(values) for values in peaks(outcome.preview[:3]))
         return Plan(
             moves,
             base.segment_time,

@@ -15,7 +15,7 @@ from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.base import Base, Frame, blend_derivatives
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.planning.left import Left, left_at
-from rfms_can.master.trajectory.segment import Segment, Transition
+from rfms_can.master.trajectory.segment import Transition
 from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
 
 TRANSITION: Final = 32
@@ -41,25 +41,40 @@ class Phase(NamedTuple):
     motion: Floats
 
 
-def preview(frame: Frame, left: Left, base: Base, ends: Transition) -> tuple[Phase, Phase, Phase]:
-    """Transition into the segment of ``base`` from ``left``, its course, and transition to rest.
+class Preview(NamedTuple):
+    """The phases of a move.
 
-    ``ends`` is how it comes to rest.
+    Attributes:
+        entry: the transition into its segment.
+        course: between the transitions.
+        rest: the transition to rest.
+        departure: from rest where ``entry`` is not: should the move be asked for too late.
+    """
+
+    entry: Phase
+    course: Phase
+    rest: Phase
+    departure: Phase | None
+
+
+def preview(frame: Frame, left: Left, base: Base, ends: Transition) -> Preview:
+    """What the joints do in the segment of ``base`` after ``left``; ``ends`` is how it rests.
 
     Raises:
         KinematicsError: a pose of a Cartesian transition has no solution.
     """
     before = left.segment
-    where = "on departure" if before.rests else f"in the transition from move {_name(before)}"
-    return (
+    where, departure = "on departure", None
+    if not before.rests:
+        where = f"in the transition from move {before.move.sequence}"
+        rested = left._replace(segment=before.to_rest())
+        departure = Phase("on departure from rest", False, _entry(frame, rested, base))
+    return Preview(
         Phase(where, False, _entry(frame, left, base)),
         Phase("on its way", True, _course(base)),
         Phase("coming to rest", False, _to_rest(frame, base, ends)),
+        departure,
     )
-
-
-def _name(segment: Segment) -> int:
-    return segment.move.sequence
 
 
 def _entry(frame: Frame, left: Left, base: Base) -> Floats:

@@ -12,7 +12,7 @@ from rfms_can.master.trajectory.planning.limits import (
     check_ranges,
     worst_excess,
 )
-from rfms_can.master.trajectory.planning.preview import Phase, preview
+from rfms_can.master.trajectory.planning.preview import Preview, preview
 from rfms_can.master.trajectory.planning.times import least_ticks
 from rfms_can.master.trajectory.segment import Transition
 
@@ -34,7 +34,7 @@ class Outcome(NamedTuple):
     """What the joints would do with some times, and the limit that breaks."""
 
     base: Base
-    phases: tuple[Phase, Phase, Phase]
+    preview: Preview
     excess: Excess | None
 
 
@@ -74,9 +74,10 @@ class Trial(NamedTuple):
             KinematicsError: they cannot, or leave their ranges.
         """
         base = self.base if times == self.times else self.base.with_time(*times)
-        phases = preview(self.frame, self.left, base, self.ends)
+        seen = preview(self.frame, self.left, base, self.ends)
+        phases = [phase for phase in seen if phase is not None]
         check_ranges(self.arm, phases, base.segment.move.sequence)
-        return Outcome(base, phases, worst_excess(self.arm, phases))
+        return Outcome(base, seen, worst_excess(self.arm, phases))
 
     def slowed(self, excess: Excess, longest: int) -> Outcome | None:
         """The outcome with a segment time up to ``longest`` that does; None if there is none.
