@@ -4,10 +4,12 @@ import sys
 import traceback
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rfms_can.errors import ProgramError, RfmsError
-from rfms_can.rig.session import Program
+
+if TYPE_CHECKING:
+    from rfms_can.rig.session import Program
 
 ENTRY = "program"
 MODULE = "rfms_program"
@@ -15,7 +17,7 @@ MODULE = "rfms_program"
 _RIG = str(Path(__file__).parent)
 
 
-def load_program(path: Path) -> Program:
+def load_program(path: Path) -> "Program":
     """The program of a file.
 
     Raises:
@@ -57,7 +59,7 @@ def load_program(path: Path) -> Program:
 
 def _what(error: BaseException) -> str:
     if isinstance(error, SystemExit):
-        return f"sys.exit({error.code!r}) would end the master with it; return from {ENTRY} instead"
+        return f"sys.exit({error.code!r}) would end more than it; return from {ENTRY} instead"
     return f"{type(error).__name__}: {error}"
 
 
