@@ -10,7 +10,12 @@ from trajectory_rig import LEFT_DOWN, TAU, Rig
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import Configuration, Joints, direct
 from rfms_can.master.trajectory.goal import FixedGoal, Goal
-from rfms_can.master.trajectory.planning import MovePlanner, Plan
+from rfms_can.master.trajectory.planning import (
+    MovePlanner,
+    Plan,
+    PlannedMode,
+    PlannedPosition,
+)
 from rfms_can.master.trajectory.segment import Transition
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode
@@ -66,13 +71,13 @@ class PlannedRig(Rig):
         self.planner.reset(q)
         self.plans: list[Plan] = []
 
-    def plan(self, place: Place, how: How) -> Plan:
+    def plan(self, place: PlannedPosition, how: PlannedMode) -> Plan:
         generator = self.generator
         sequence = len(self.plans) + 1
         before = generator.last_accepted
         return self.planner.plan(before, place, how, sequence, generator.tick_count)
 
-    def go(self, place: Place, how: How) -> Plan:
+    def go(self, place: PlannedPosition, how: PlannedMode) -> Plan:
         """Plan a move and request it."""
         plan = self.plan(place, how)
         self.generator.request(*plan.moves)
