@@ -26,7 +26,7 @@ class Server(PlannedRig):
         self.transform("e", TOOL)
 
     def transform(self, name: str, value: Transform, **more: Any) -> None:
-        message = TransformMessage(name, tuple(value), **more)
+        message = TransformMessage(name, value[:], **more)
         self.world.define_transform(message, self.generator.tick_count)
 
     def position(self, name: str, *right: str) -> None:

@@ -85,11 +85,11 @@ def test_a_set_point_too_fast_names_joint_number_and_bound() -> None:
     setpoint = rig.setpoints[-1]
     assert commanded.check(setpoint) is None
     assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 1, 1.99 * TAU))) is None
-    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 1, (1.99 + 2.03) * TAU))) is None
-    fast = shifted(HOME, 1, (1.99 + 2.03 + 2.05) * TAU)
+    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 1, (1.99 + 2.09) * TAU))) is None
+    fast = shifted(HOME, 1, (1.99 + 2.09 + 2.12) * TAU)
     reason = commanded.check(setpoint._replace(T6_1=fast))
     assert reason is not None
-    assert "joint 1: set-point speed 2.05 rad/s exceeds 2 rad/s" in reason
+    assert "joint 1: set-point speed 2.12 rad/s exceeds 2 rad/s" in reason
 
 
 def test_a_set_point_that_cannot_follow_is_named() -> None:
