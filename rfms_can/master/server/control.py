@@ -12,6 +12,8 @@ from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import AtRest, LeaseRequest, StopRequest
 
 EVENTS_KEPT: Final = 100
+CREEP: Final = 1e-4
+"""Commanded joint rate, rad/s, below which an arm rests: the end of a transition has some."""
 _AT_REST: Final = AtRest()
 
 
@@ -64,12 +66,14 @@ class Control:
         return word
 
     def _lose(self, why: str) -> None:
-        """Nobody controls the arm: a controlled stop, if there is anything to stop."""
+        """Nobody controls the arm: a controlled stop, which changes nothing for one at rest."""
         supervisor = self._supervisor
         text = f"{self.lease.name!r} {why}"
         self.lease.free()
-        if supervisor.phase is Phase.RUN and not self._rests():
+        moves = not self._rests()
+        if supervisor.phase is Phase.RUN:
             supervisor.handle(StopRequest())
+        if supervisor.phase is Phase.RUN and moves:
             self._stopping = True
             self.lapses += 1
             text += ": the arm is brought to rest"
@@ -83,8 +87,8 @@ class Control:
 
     def _rests(self) -> bool:
         """Whether the arm stands still and is commanded to: not following a slow goal either."""
-        supervisor = self._supervisor
-        return holds(supervisor, _AT_REST) and not supervisor.motion.moves
+        rates = self._supervisor.motion.commanded.rate
+        return holds(self._supervisor, _AT_REST) and max(map(abs, rates)) < CREEP
 
     def time_may_pass(self, *, holder_waits: bool) -> bool:
         """Whether the next cycle may begin: but for real time, coordinators are part of the clock.
