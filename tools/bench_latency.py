@@ -12,6 +12,10 @@ The bus is the timing-true one, so milliseconds are those of a real bus of the s
 A correction begins with zero velocity, acceleration and jerk and builds up as fast as the mode
 allows: gentle or small ones take a cycle or two more until they are worth a code of a DAC. What is
 measured here is the way of the observation: two centimetres, under a brisk mode.
+
+The joints do not use the poses of one set-point in a segment: START, at which one segment hands
+over to the next, goes on from the set-points before. An observation that comes just then tells one
+cycle later.
 """
 
 import argparse

@@ -24,7 +24,7 @@ def conveyor(out: Path) -> Path:
     """The tool's distance from the part, from the first picture to the grip."""
     sheet = Sheet(
         "A part on a belt",
-        "examples/conveyor.py, PUMA 560: pictures 20 ms old, 50 a second",
+        "PUMA 560, pictures 20 ms old, 50 a second",
         (2, 1),
         (7.5, 5.2),
         (1.0, 1.2),
