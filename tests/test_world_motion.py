@@ -157,3 +157,29 @@ def test_after_a_stop_the_arm_holds_where_it_stands() -> None:
     end = run.run(1.0)
     run.see(0.01)
     assert run.run(0.2) == end
+
+
+def test_what_nobody_observes_any_more_is_not_followed_for_ever() -> None:
+    """A second after the last observation the belt is taken to stop, within the mode's limits."""
+    run = Run()
+    motion, part = run.motion, run.part
+    speed = 0.05
+    motion.handle(TransformMessage("belt", part, "reference", predict="velocity"))
+    motion.handle(PositionMessage("on the belt", ["t6"], ["belt"]))
+    run.move("on the belt")
+    places = []
+    for k in range(900):
+        if k < 400 and k % 5 == 0:
+            seen = Transform.translation(0.0, speed * k * PERIOD_S, 0.0) @ part
+            motion.handle(
+                TransformMessage("belt", seen, "reference", predict="velocity", stamp=None)
+            )
+        setpoint, refusal = motion.next_setpoint()
+        assert refusal is None
+        places.append(setpoint.T6_1.py)
+    rates = np.diff(places) / PERIOD_S
+    last_seen = 395
+    assert rates[last_seen + 200] == pytest.approx(speed, rel=1e-3)  # carried on for a second
+    assert np.max(np.abs(rates[-20:])) < 1e-9
+    fading = np.diff(places[last_seen + 200 :], n=2) / PERIOD_S**2
+    assert np.max(np.abs(fading)) <= ACCELERATION

@@ -167,9 +167,11 @@ class Motion:
 
     def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
         """The set-point of the next cycle, and why it must not be sent, or None."""
-        generator = self.generator
+        generator, world = self.generator, self.world
         if generator.stopped:
             self.enable(self.commanded.theta)
+        for name in world.unseen(generator.tick_count):
+            world.halt_transform(name, generator.tick_count, self._limits(name))
         setpoint = generator.tick()
         return setpoint, self.commanded.check(setpoint)
 

@@ -18,11 +18,20 @@ def holds(supervisor: Supervisor, condition: AnyCondition) -> bool:
         case MoveOver(sequence):
             return supervisor.motion.is_over(sequence)
         case AtRest():
-            return supervisor.stillness.arm and supervisor.motion.at_rest
+            return stands(supervisor)
         case JawAtRest():
             return supervisor.stillness.jaw
         case CycleReached(cycle):
             return supervisor.statistics.cycles >= cycle
+
+
+def stands(supervisor: Supervisor) -> bool:
+    """Whether no move is under way or waits, nothing is commanded to move, and nothing does.
+
+    An arm that follows a goal slowly stands still by its encoders from one cycle to the next.
+    """
+    motion = supervisor.motion
+    return supervisor.stillness.arm and motion.at_rest and not motion.moves
 
 
 def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0) -> Status:
@@ -52,7 +61,7 @@ def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0
         sequence=generator.sequence,
         completed=generator.completed,
         waiting=generator.waiting,
-        at_rest=supervisor.stillness.arm and motion.at_rest,
+        at_rest=stands(supervisor),
         jaw_at_rest=supervisor.stillness.jaw,
         jaw=state.jaw_opening(supervisor.arm.gripper),
         feed=generator.feed,

@@ -51,13 +51,17 @@ class WorldModel:
         """
         self._transforms.define(message, tick, limits)
 
-    def halt_transform(self, name: str, tick: int, limits: Limits) -> None:
+    def unseen(self, tick: int) -> list[str]:
+        """References that go on with a velocity although nobody has observed them for a second."""
+        return self._transforms.unseen(tick)
+
+    def halt_transform(self, name: str, tick: int, limits: Limits | None) -> None:
         """Bring a reference that moves to rest within limits; it stays until it is observed again.
 
         Args:
             name: of a transform that is defined.
             tick: of the next set-point.
-            limits: of the mode the arm moves with.
+            limits: of the mode the arm moves with; None if nothing that moves uses it.
         """
         self._transforms.halt(name, tick, limits)
 

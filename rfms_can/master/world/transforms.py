@@ -8,7 +8,13 @@ from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world.functions import evaluator
 from rfms_can.master.world.kinds import Functional, FunctionalSymbol, Live
 from rfms_can.master.world.modes import Limits
-from rfms_can.master.world.numbers import MAX_SPEED, check_numbers, check_rigid, check_stamp
+from rfms_can.master.world.numbers import (
+    MAX_SPEED,
+    OLDEST_S,
+    check_numbers,
+    check_rigid,
+    check_stamp,
+)
 from rfms_can.master.world.observed import Observation, rotation_vector
 from rfms_can.master.world.reference import Reference
 from rfms_can.master.world.tables import MAX_TRANSFORMS, SymbolTable
@@ -32,6 +38,8 @@ class Transforms:
             "transform", MAX_TRANSFORMS, TransformError
         )
         self.kinds: Final[dict[str, str]] = {}
+        self._lasting: Final = round(OLDEST_S / period_s)
+        self._carried: Final[dict[str, int]] = {}
 
     def define(self, message: TransformMessage, tick: int, limits: Limits | None) -> None:
         """Enter a transform, redefine it, or take an observation of it.
@@ -55,16 +63,27 @@ class Transforms:
             self._observe(message, rows, tick, limits)
         self.kinds[name] = message.kind
 
-    def halt(self, name: str, tick: int, limits: Limits) -> None:
+    def unseen(self, tick: int) -> list[str]:
+        """References that move on by a velocity nobody has confirmed for ``OLDEST_S``."""
+        if not self._carried:
+            return []
+        return [name for name, seen in self._carried.items() if tick - seen > self._lasting]
+
+    def halt(self, name: str, tick: int, limits: Limits | None) -> None:
         """Bring a reference to rest within limits, as if it had been seen to stop ahead.
 
         Args:
             name: of the transform; one that is no reference rests.
             tick: of the next set-point.
-            limits: of the mode the arm moves with.
+            limits: of the mode the arm moves with; None if nothing that moves uses it.
         """
+        self._carried.pop(name, None)
         reference = self.table.get(name)
         if not isinstance(reference, Reference):
+            return
+        if limits is None:
+            rows = reference.at(Moment(tick, 1.0, 0.0))
+            reference.observe(Observation(rows, tick * self._period), "hold", tick, None)
             return
         here, next_ = (reference.at(Moment(k, 1.0, 0.0)) for k in (tick, tick + 1))
         step = math.dist((here.px, here.py, here.pz), (next_.px, next_.py, next_.pz))
@@ -93,6 +112,8 @@ class Transforms:
         reference.observe(
             Observation(_orthonormal(rows), time, twist), message.predict, tick, limits
         )
+        if message.predict == "velocity":
+            self._carried[name] = tick
 
     def _check(self, message: TransformMessage, rows: Transform) -> None:
         """What all kinds have in common."""
