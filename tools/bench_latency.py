@@ -103,7 +103,7 @@ def draw(latencies: list[Latency], path: Path) -> None:
     ):
         axes.hist(values, edges, alpha=0.75, color=color, label=name)
     axes.axvline(8.0, color=LIMIT, linestyle="--", linewidth=0.9)
-    axes.set_xlim(0.0, 8.5)
+    axes.set_xlim(left=0.0)
     sheet.legend(*axes.get_legend_handles_labels())
     sheet.save(path, "ms from the observation")
 
