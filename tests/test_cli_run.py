@@ -262,3 +262,11 @@ def test_a_run_shows_a_progress_line_and_a_table(rfms: Rfms) -> None:
 
 def test_the_version_is_the_package_s(rfms: Rfms) -> None:
     assert rfms("--version") == (0, f"rfms {__version__}\n", "")
+
+
+@pytest.mark.system
+def test_what_a_program_prints_stays_out_of_the_json(rfms: Rfms, directory: Path) -> None:
+    text = "def program(arm):\n    print('here')\n    arm.sleep(0.04)\n"
+    ended = rfms("run", written(directory, text), "--json")
+    assert json.loads(ended.out)["cycles"] > 0
+    assert ended.err == "here\n"

@@ -10,7 +10,7 @@ import typer
 from rich.progress import Progress, SpinnerColumn, TextColumn
 
 from rfms_can.cli.options import JsonOption
-from rfms_can.cli.report import console
+from rfms_can.cli.report import console, prints_to
 from rfms_can.coordinator import ClientKeys, Status, connect
 from rfms_can.errors import LinkError
 from rfms_can.link.address import DEFAULT_NAME
@@ -41,6 +41,7 @@ def coordinate(
     with signals_noted() as interrupt:
         try:
             with (
+                prints_to(as_json),
                 _progress(program.stem, quiet=as_json) as watch,
                 connect(
                     server,

@@ -1,9 +1,10 @@
 """What a person sees of a run: a progress line while it goes on, a table at its end."""
 
 import math
+import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn
@@ -113,3 +114,8 @@ def _lateness(counts: list[int]) -> str:
         if count:
             parts.append(f"{100 * passed / total:.1f} % under {10 * 2**place} us")
     return "; ".join(parts[-4:])
+
+
+def prints_to(as_json: bool) -> AbstractContextManager[object]:
+    """Where a program's own ``print`` goes: beside the JSON, not into it."""
+    return redirect_stdout(sys.stderr) if as_json else nullcontext()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rfms_can.cli.options import JsonOption, RecordOption, takes_settings
-from rfms_can.cli.report import print_result, progress_line
+from rfms_can.cli.report import print_result, prints_to, progress_line
 from rfms_can.rig.interrupt import signals_noted
 from rfms_can.rig.realtime import be_on_time
 from rfms_can.rig.settings import RunSettings
@@ -67,7 +67,7 @@ def run_program(
     title = f"{path.stem} on {settings.arm}, {settings.bus}"
     with signals_noted() as interrupt:
         try:
-            with progress_line(path.stem, quiet=as_json) as progress:
+            with progress_line(path.stem, quiet=as_json) as progress, prints_to(as_json):
                 outcome = execute(
                     program,
                     settings,
