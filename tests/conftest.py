@@ -1,15 +1,22 @@
-"""Deterministic hypothesis, and the wire compiled once for all tests."""
+"""Deterministic hypothesis, and the wire compiled once for all tests.
+
+A failing example is told as it was found: to shrink a whole motion takes minutes. For a smaller
+one: ``pytest --hypothesis-profile=shrink``.
+"""
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 from rfms_can.wire import Wire
 
 settings.register_profile(
-    "ci",
+    "shrink",
     derandomize=True,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile(
+    "ci", settings.get_profile("shrink"), phases=[Phase.explicit, Phase.generate]
 )
 settings.load_profile("ci")
 

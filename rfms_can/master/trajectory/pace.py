@@ -88,6 +88,11 @@ class Pace:
         return self.feed == self.wanted and self._k == self._ticks
 
     @property
+    def changes(self) -> bool:
+        """Whether a ramp is under way."""
+        return self._k != self._ticks
+
+    @property
     def stands(self) -> bool:
         """Whether local time stands still."""
         return self.feed == 0.0 and self._k == self._ticks

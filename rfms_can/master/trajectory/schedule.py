@@ -81,8 +81,10 @@ class Schedule:
         move = upcoming or run.segment.move
         if move.transition is Transition.CARTESIAN:
             return Event.BEND if run.n + run.step > hand_over else Event.STAY
+        if self._pace.changes or not run.step:  # PRE keeps its pace: a ramp ends first
+            return Event.STAY
         due = run.n + run.step >= hand_over - run.watch_ticks(move) * run.step
-        return Event.PREPARE if due and run.step else Event.STAY
+        return Event.PREPARE if due else Event.STAY
 
     def take(self, stage: Stage) -> tuple[Move | None, float]:
         """Take what follows from the queue, and the local time of its hand-over; None is rest."""
