@@ -1,12 +1,10 @@
 """The master's shadow of the six joints: it sees what must not be sent."""
 
-import pytest
 from pytest import approx
 from trajectory_rig import HOME, LEFT_DOWN, TAU, Rig, over_the_wire
 
 from rfms_can.arm import PUMA_260
-from rfms_can.errors import KinematicsError, MoveError
-from rfms_can.kinematics import Configuration, direct
+from rfms_can.kinematics import direct
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.goal import FixedGoal
@@ -114,46 +112,3 @@ def test_a_set_point_past_a_joint_limit_is_named() -> None:
     reason = commanded.check(generator.tick())
     assert reason is not None
     assert "joint 1: set-point 2.538 rad is outside [-2.53073, 2.53073] rad" in reason
-
-
-# --- Moves tried before they are taken --------------------------------------------------------
-
-
-def test_a_goal_out_of_reach_or_range_is_refused_at_the_request() -> None:
-    commanded = shadow()
-    with pytest.raises(KinematicsError, match="too_far"):
-        commanded.admit(STAY, move_to(Transform.translation(0.6, 0.0, 0.0)), 0)
-    right = Configuration.parse("right up noflip")
-    aside = move_to(shifted(HOME, 1, 1.2))
-    with pytest.raises(KinematicsError, match=r"joint 1 would have to stand at -2\.64282 rad"):
-        commanded.admit(STAY, aside._replace(configuration=right), 0)
-    commanded.admit(STAY, aside, 0)
-
-
-def test_a_move_too_fast_is_told_the_time_it_needs() -> None:
-    commanded = shadow()
-    goal = shifted(HOME, 1, -1.2)
-    with pytest.raises(MoveError, match=r"joint 1 of puma260 would run at 2\.4 rad/s, .* 2 rad/s"):
-        commanded.admit(STAY, move_to(goal, segment_ticks=100), 0)
-    with pytest.raises(MoveError, match=r"at least 0\.6 s instead of 0\.5 s"):
-        commanded.admit(STAY, move_to(goal, segment_ticks=100), 0)
-    commanded.admit(STAY, move_to(goal, segment_ticks=121), 0)
-
-
-def test_a_straight_line_through_the_shoulder_cylinder_is_refused_though_its_goal_is_not() -> None:
-    commanded = shadow()
-    goal = shifted(HOME, 1, 2.2)
-    commanded.admit(STAY, move_to(goal), 0)
-    with pytest.raises((KinematicsError, MoveError)):
-        commanded.admit(STAY, move_to(goal, Mode.CARTESIAN), 0)
-
-
-def test_the_generator_asks_before_it_takes() -> None:
-    commanded = shadow()
-    generator = TrajectoryGenerator(TAU, admit=commanded.admit)
-    generator.enable(direct(PUMA_260, HOME), LEFT_DOWN)
-    with pytest.raises(KinematicsError, match="too_far"):
-        generator.request(move_to(Transform.translation(0.6, 0.0, 0.0)))
-    assert generator.waiting == 0
-    generator.request(move_to(shifted(HOME, 1, -1.2)))
-    assert generator.waiting == 1

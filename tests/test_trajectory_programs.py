@@ -6,12 +6,12 @@ from typing import NamedTuple
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
+from runnable_path import is_runnable
 from trajectory_rig import LEFT_DOWN, TAU, Rig
 
 from rfms_can.arm import PUMA_260
-from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.errors import MoveError
 from rfms_can.kinematics import Joints, direct
-from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.goal import FixedGoal
 from rfms_can.master.trajectory.segment import Move
 from rfms_can.wire.vocabulary import Blend, Mode
@@ -49,18 +49,17 @@ legs = st.builds(
 def run(program: list[Leg], blend: Blend) -> tuple[Rig, list[Leg]]:
     """Run ``program`` as far as it is taken; the rig, and the legs that were."""
     rig = Rig(blend, TAU, REST)
-    commanded = CommandedTrajectory(PUMA_260, TAU)
-    commanded.reset(REST)
     taken: list[Leg] = []
     for number, leg in enumerate(program, 1):
         goal = FixedGoal(direct(PUMA_260, leg.q))
         move = Move(number, goal, leg.mode, leg.segment_ticks, leg.acceleration_ticks, LEFT_DOWN)
+        before = taken[-1].q if taken else REST
+        stay = Move(0, FixedGoal(direct(PUMA_260, before)), Mode.JOINT, 1, 1, LEFT_DOWN)
+        if not is_runnable(stay, move, REST, TAU):
+            continue
         try:
-            before = taken[-1].q if taken else REST
-            stay = Move(0, FixedGoal(direct(PUMA_260, before)), Mode.JOINT, 1, 1, LEFT_DOWN)
-            commanded.admit(stay, move, 0)
             rig.generator.request(move)
-        except (KinematicsError, MoveError):
+        except MoveError:
             continue
         taken.append(leg)
         rig.run(leg.pause)

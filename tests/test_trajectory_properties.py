@@ -12,13 +12,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
+from runnable_path import is_runnable
 from trajectory_path import deviation
 from trajectory_rig import LEFT_DOWN, TAU, TOOL, MovingGoal, Rig, WeavingGoal
 
 from rfms_can.arm import PUMA_260
-from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.errors import MoveError
 from rfms_can.kinematics import Joints, direct
-from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.goal import FixedGoal, Goal
 from rfms_can.master.trajectory.segment import Move, Transition
 from rfms_can.master.trajectory.states import Stage
@@ -106,15 +106,16 @@ def requests(
     rig: Rig, program: list[Leg], *, at_once: bool = False, begin: int = 1
 ) -> Iterator[None]:
     """Request the moves of ``program``; a step of this is a cycle. Refused ones are left out."""
-    commanded = CommandedTrajectory(PUMA_260, rig.period_s)
-    commanded.reset(rig.q[-1])
+    q1, q2, q3, q4, q5, q6 = rig.q[-1]
+    here = (q1, q2, q3, q4, q5, q6)
     for number, leg in enumerate(program, begin):
         move = move_of(number, leg, rig.period_s)
+        before = rig.generator.last_accepted.move
+        if not is_runnable(before, move, here, rig.period_s, rig.generator.tick_count):
+            continue
         try:
-            before = rig.generator.last_accepted.move
-            commanded.admit(before, move, rig.generator.tick_count)
             rig.generator.request(move)
-        except (KinematicsError, MoveError):
+        except MoveError:
             continue
         if not at_once:
             yield from itertools.repeat(None, round(leg.wait / rig.period_s))

@@ -4,16 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import Final, Protocol
 
-from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import Geometry, InverseKinematics, Joints
-from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.trajectory.segment import Move, Segment
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
-from rfms_can.wire.vocabulary import Mode
-
-PATH_SAMPLES: Final = 24
-"""Poses at which a Cartesian path is tried before its move is accepted."""
-
 
 ESTIMATED: Final = 1.05
 """How much faster than its limit a set-point may be. Plans keep the limits; but the joints estimate
@@ -99,40 +92,6 @@ class CommandedTrajectory:
             if not (lower <= theta <= upper and -step <= theta - before <= step):
                 return self._refusal(index + 1, theta, before, setpoint)
         return None
-
-    def admit(self, before: Move, move: Move, tick: int) -> None:
-        """Try the segment of ``move`` from the goal of ``before``, as they are at ``tick``.
-
-        Transitions cut corners and are not tried; ``check`` sees every set-point.
-
-        Raises:
-            KinematicsError: the goal, or a pose on a Cartesian path, has no solution.
-            MoveError: a joint would run faster than it may; the message gives the time it needs.
-        """
-        origin = before.target.pose(Moment(tick))
-        q = self._solve(origin, before.configuration, self.theta)
-        segment = Segment.towards(move, origin, Moment(tick, 0.0))
-        samples = 1 if move.mode is Mode.JOINT else PATH_SAMPLES
-        for sample in range(1, samples + 1):
-            h = sample / samples
-            pose = segment.pose(Moment(tick, h), 1.0 - h)
-            ahead = self._solve(pose, move.configuration, q)
-            self._check_speed(q, ahead, samples, move)
-            q = ahead
-
-    def _check_speed(self, q: Joints, ahead: Joints, samples: int, move: Move) -> None:
-        """Whether the joints can make one of ``samples`` parts of the segment in its time."""
-        duration = move.segment_ticks * self._period
-        for number, (start, end, limit) in enumerate(
-            zip(q, ahead, self.arm.speed_limits, strict=True), 1
-        ):
-            speed = abs(end - start) * samples / duration
-            if speed > limit:
-                raise MoveError(
-                    f"move {move.sequence}: joint {number} of {self.arm.name} would run at "
-                    f"{speed:.4g} rad/s, its limit is {limit:g} rad/s: give the segment at least "
-                    f"{duration * speed / limit:.4g} s instead of {duration:.4g} s"
-                )
 
     def _refusal(
         self, number: int, theta: float, before: float, setpoint: CartesianSetpoint

@@ -17,7 +17,7 @@ from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Goal
 from rfms_can.master.trajectory.pace import MIN_FEED, Pace
-from rfms_can.master.trajectory.queue import Admit, MoveQueue, check_feed
+from rfms_can.master.trajectory.queue import MoveQueue, check_feed
 from rfms_can.master.trajectory.runner import SegmentRunner
 from rfms_can.master.trajectory.schedule import Schedule
 from rfms_can.master.trajectory.segment import Move, Segment, Transition
@@ -25,10 +25,6 @@ from rfms_can.master.trajectory.states import Event, Stage, following
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
-
-
-def _admit_all(before: Move, move: Move, tick: int) -> None:
-    """What a generator without an arm knows of it."""
 
 
 class TrajectoryGenerator:
@@ -45,20 +41,18 @@ class TrajectoryGenerator:
         self,
         period_s: float,
         blend: Blend = Blend.CONTINUOUS,
-        admit: Admit = _admit_all,
     ) -> None:
         """A generator that is off.
 
         Args:
             period_s: tau, s.
             blend: which matching polynomial the joints are to use.
-            admit: what the arm has to say to a move; called at its request, after our own rules.
         """
         self.period_s: Final = period_s
         self.stage = Stage.OFF
         self.completed = 0
         self.tick_count = 0
-        self._queue: Final = MoveQueue(period_s, admit)
+        self._queue: Final = MoveQueue(period_s)
         self._stopping = False
         self._pace: Final = Pace(period_s)
         run = self._run = SegmentRunner(period_s, blend)
@@ -99,7 +93,6 @@ class TrajectoryGenerator:
 
         Raises:
             MoveError: one breaks a rule; the message names numbers and remedy. Nothing changes.
-            KinematicsError: ``admit`` refuses it.
         """
         if self.stage is Stage.OFF or self._stopping:
             doing = "stopping" if self._stopping else "off"

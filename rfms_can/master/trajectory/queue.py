@@ -1,7 +1,6 @@
 """The queue of moves, and what a move must satisfy to be taken into it."""
 
 from collections import deque
-from collections.abc import Callable
 from typing import Final
 
 from rfms_can.errors import MoveError
@@ -17,17 +16,13 @@ from rfms_can.master.trajectory.segment import Move, Segment
 MAX_QUEUE: Final = 256
 """Parts of moves that may wait; a program that asks for more is waiting for nothing."""
 
-Admit = Callable[[Move, Move, int], None]
-"""Raises where the arm cannot run from the first move's goal to the second's, at a tick."""
-
 
 class MoveQueue(deque[Move]):
     """Moves that wait, in parts, oldest first."""
 
-    def __init__(self, period_s: float, admit: Admit) -> None:
+    def __init__(self, period_s: float) -> None:
         super().__init__()
         self._period: Final = period_s
-        self._admit: Final = admit
         self._last_sequence = 0
 
     def take(self, parts: tuple[Move, ...], before: Segment, tick: int, feed_rate: float) -> None:
@@ -35,7 +30,6 @@ class MoveQueue(deque[Move]):
 
         Raises:
             MoveError: a part breaks a rule; the message names numbers and remedy.
-            KinematicsError: the arm refuses it.
         """
         if not parts:
             raise MoveError("a move needs at least one part")
@@ -66,7 +60,6 @@ class MoveQueue(deque[Move]):
             check_succession(before.move, move, self._period)
         check_transition(before, move)
         check_path(before.move, move, tick)
-        self._admit(before.move, move, tick)
 
 
 def check_feed(move: Move, feed_rate: float, period_s: float) -> None:
