@@ -183,8 +183,9 @@ class AsyncRemoteLink:
         """Run something in the background; whoever waits is told why it ended."""
         try:
             await task
-        except LinkError as error:
-            self._conversation.lost = error
+        except Exception as error:
+            if isinstance(error, LinkError):
+                self._conversation.lost = error
             self._parts.fail(error)
-        except RfmsError as error:
-            self._parts.fail(error)
+            if not isinstance(error, RfmsError):
+                raise

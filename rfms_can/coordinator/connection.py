@@ -33,7 +33,8 @@ def connect(
     """Take control of a server's arm; at the end give it back at rest.
 
     At the end of the block the moves that are queued are waited for; after an exception the arm
-    is brought to rest on its path first, and the exception goes on.
+    is brought to rest on its path first, and the exception goes on. The arm is one thread's: while
+    it waits, another thread that asks something waits too; ``connect_async`` is for that.
 
     Args:
         server: its NAME, or ``tcp://ADDRESS:PORT``.
