@@ -17,18 +17,46 @@ joints = pytest.mark.parametrize("joint", range(JOINTS))
 @joints
 def test_dac_codes_become_the_drives_torque(arm: Arm, joint: int) -> None:
     board, drive = Board(arm, joint, 0.0), arm.drives[joint]
-    torque = board.set_motor_current(-2048)
+    torque = board.set_dacs(-2048)
     assert board.current == pytest.approx(-drive.current_limit)
     assert torque == pytest.approx(drive.gear_ratio * drive.torque_constant * board.current)
     assert abs(torque) == pytest.approx(drive.torque_limit)
 
 
-def test_codes_beyond_the_rails_saturate() -> None:
+@arms
+@joints
+def test_a_force_code_is_a_quarter_of_a_current_code_and_both_add_up(arm: Arm, joint: int) -> None:
+    board, scale = Board(arm, joint, 0.0), arm.board_scale(joint)
+    assert scale.torque_per_force_code == scale.torque_per_dac_code / 4.0
+    alone = board.set_dacs(0, 6)
+    assert alone == pytest.approx(1.5 * scale.torque_per_dac_code)
+    assert board.set_dacs(100, 0) + alone == pytest.approx(board.set_dacs(100, 6))
+    assert board.current == pytest.approx(101.5 * scale.ampere_per_dac_code)
+    assert board.set_dacs(2000, -2000) == board.set_dacs(1500)
+
+
+def test_each_converter_saturates_at_its_rails() -> None:
     board = Board(PUMA_260, 0, 0.0)
-    assert board.set_motor_current(5000) == board.set_motor_current(2047)
-    assert board.set_motor_current(-5000) == board.set_motor_current(-2048)
-    board.set_force_set_point(9999)
-    assert board.force_set_point_code == 2047
+    assert board.set_dacs(5000) == board.set_dacs(2047)
+    assert board.set_dacs(-5000) == board.set_dacs(-2048)
+    assert board.set_dacs(0, 9999) == board.set_dacs(0, 2047)
+    assert board.set_dacs(0, -9999) == board.set_dacs(0, -2048)
+    # before they are added: the far side of a rail is not borrowed from the other channel
+    assert board.set_dacs(5000, -2048) == board.set_dacs(2047 - 512)
+
+
+def test_the_amplifier_gives_no_more_than_the_drives_limit() -> None:
+    board = Board(PUMA_260, 0, 0.0)
+    assert board.set_dacs(1900, 2047) == board.set_dacs(2047)
+    assert board.sample()[1] == 2047
+    assert abs(board.set_dacs(-2048, -2048)) == pytest.approx(PUMA_260.drives[0].torque_limit)
+
+
+def test_the_current_adc_reads_what_flows() -> None:
+    board = Board(PUMA_260, 0, 0.0)
+    for force, reading in ((40, 310), (42, 311), (-41, 290)):  # half a code rounds up
+        board.set_dacs(300, force)
+        assert board.sample()[1] == reading
 
 
 @pytest.mark.parametrize(
@@ -39,7 +67,7 @@ def test_current_adc_is_equation_4_14_up_to_its_rails(
     slope: float, offset: float, dac: int, adc: int
 ) -> None:
     board = Board(PUMA_260, 0, 0.0, slope, offset)
-    board.set_motor_current(dac)
+    board.set_dacs(dac)
     assert board.sample()[1] == adc
 
 

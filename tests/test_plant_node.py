@@ -65,9 +65,9 @@ class Bench:
         low = (self.cycle if cycle is None else cycle) & 0xFF
         assert self.say(Dac, node, code, force, low) == []
 
-    def dacs(self, code: int) -> None:
+    def dacs(self, code: int, *, force: int = 0) -> None:
         for joint in JOINTS:
-            self.dac(joint, code)
+            self.dac(joint, code, force=force)
 
     def free_run(self) -> list[Heard]:
         """Let the time of a SYNC pass that does not come."""
@@ -80,6 +80,11 @@ class Bench:
     def codes(self) -> list[int]:
         """Motor-current codes of the last period."""
         return self.physics.periods[-1][0]
+
+    @property
+    def force_codes(self) -> list[int]:
+        """Force-set-point codes of the last period."""
+        return self.physics.periods[-1][1]
 
     @property
     def brakes(self) -> list[bool]:
@@ -125,7 +130,7 @@ def test_a_code_of_cycle_k_acts_from_sync_k_plus_1_on(bench: Bench) -> None:
     bench.dac(2, 200)
     bench.sync()
     assert bench.codes == [0, 100, 0, 0, 0, 0]
-    assert bench.physics.periods[-1][1] == [0, 7, 0, 0, 0, 0]
+    assert bench.force_codes == [0, 7, 0, 0, 0, 0]
     bench.sync()
     assert bench.codes == [0, 200, 0, 0, 0, 0]
 
@@ -195,8 +200,11 @@ def test_samples_are_taken_at_sync_after_the_period_was_integrated(bench: Bench)
 def test_the_current_reads_back_as_latched(bench: Bench) -> None:
     bench.sync()
     bench.dac(4, -321)
+    bench.dac(5, 10, force=80)
     bench.sync()
-    assert measures(bench.sync())[4].current_adc == -321
+    answers = measures(bench.sync())
+    assert answers[4].current_adc == -321
+    assert answers[5].current_adc == 10 + 80 // 4
 
 
 @pytest.mark.parametrize("state", NodeState)
@@ -250,12 +258,15 @@ def test_three_silent_cycles_brake_a_joint_and_its_next_code_frees_it(bench: Ben
     assert bench.brakes == [False] * 6
 
 
-def test_a_brake_that_closes_takes_the_motor_current_away(bench: Bench) -> None:
+def test_a_brake_that_closes_takes_current_and_force_set_point_away(bench: Bench) -> None:
     bench.sync()
-    bench.dacs(50)
-    for _ in range(5):
+    bench.dacs(50, force=60)
+    for _ in range(2):
         bench.sync()
-    assert bench.codes == [0] * 6
+    assert (bench.codes, bench.force_codes) == ([50] * 6, [60] * 6)
+    for _ in range(3):
+        bench.sync()
+    assert (bench.codes, bench.force_codes) == ([0] * 6, [0] * 6)
     assert bench.brakes == [True] * 6
 
 
@@ -309,14 +320,14 @@ def test_a_sync_of_another_dbc_moves_nothing(bench: Bench) -> None:
 
 def test_emergency_stop_brakes_whatever_the_nodes_say_until_reset(bench: Bench) -> None:
     bench.sync()
-    bench.dacs(300)
+    bench.dacs(300, force=200)
     bench.sync()
-    bench.dacs(300)
+    bench.dacs(300, force=200)
     bench.say(Estop, None, *ESTOP_VALUES)
     for _ in range(5):
-        bench.dacs(300)
+        bench.dacs(300, force=200)
         assert braked(bench.sync()) == [True] * 6
-        assert bench.codes == [0] * 6
+        assert (bench.codes, bench.force_codes) == ([0] * 6, [0] * 6)
         assert bench.brakes == [True] * 6
     assert bench.node.ignored["DAC after ESTOP"] == 30
     bench.say(Nmt, None, Command.RESET, 0, 0)

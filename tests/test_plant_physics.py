@@ -63,14 +63,29 @@ def test_codes_move_the_joint_their_sign_and_gear_say() -> None:
     plant = PlantPhysics(PUMA_560, "corke", 250)
     codes = (-1500, 0, 0, 0, 0, 0)  # joint 1: the motor turns against the joint
     for _ in range(25):
-        plant.step_period(codes, (0, 0, 0, 0, 0, 7), (False, True, True, True, True, True))
+        plant.step_period(codes, ZERO, (False, True, True, True, True, True))
     counts, current, speed, _ = plant.sample()[0]
     assert plant.true_q[0] > PUMA_560.park[0] and plant.true_q[1:] == list(PUMA_560.park[1:])
     assert counts < 0 and speed < 0 and current == -1500
     moved = plant.true_q[0] - PUMA_560.park[0]
     assert counts == pytest.approx(moved * PUMA_560.drives[0].counts_per_radian, abs=1)
     assert plant.true_qd[0] > 0.0
-    assert plant.force_set_point_code(5) == 7
+
+
+def test_a_force_set_point_breaks_a_joint_free_as_the_same_torque_by_current_does() -> None:
+    """Friction holds joint 4 up to 1.07 Nm; what is added to gravity is 1.6 Nm."""
+    others = (True, True, True, False, True, True)
+    scale = PUMA_560.board_scale(3)
+    gravity = ArmDynamics(PUMA_560).gravity(PUMA_560.park)[3]
+    holding, more = round(gravity / scale.torque_per_dac_code), round(1.6 / 0.0118)
+    moved = []
+    for current, force in ((holding, 0), (holding, 4 * more), (holding + more, 0)):
+        plant = PlantPhysics(PUMA_560, "corke", 250)
+        for _ in range(25):
+            plant.step_period((0, 0, 0, current, 0, 0), (0, 0, 0, force, 0, 0), others)
+        moved.append(plant.true_q[3] - PUMA_560.park[3])
+    assert moved[0] == 0.0
+    assert moved[1] == moved[2] > 0.01
 
 
 @arms

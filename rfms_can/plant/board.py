@@ -1,14 +1,21 @@
-"""The iSBX board of one joint: two DACs, two ADCs and an incremental encoder (thesis 6.4.4).
+"""The iSBX board of one joint: two DACs, two ADCs and an incremental encoder (thesis VI.4.4).
 
-Plain state without I/O. What its codes mean is :class:`~rfms_can.arm.mechanism.BoardScale`'s.
-Codes saturate at the rails -2048 and 2047 and round half up, so a run repeats bit by bit.
+The amplifier drives the sum of what the two DACs ask for, motor current and force set-point, within
+the drive's current limit. Plain state without I/O; what its codes mean is
+:class:`~rfms_can.arm.mechanism.BoardScale`'s. Codes saturate at the rails -2048 and 2047 and round
+half up, so a run repeats bit by bit.
 """
 
 from math import floor, pi, sin
 from typing import Final
 
 from rfms_can.arm import Arm
-from rfms_can.arm.mechanism import COARSE_CODES, COARSE_LINEARITY, CONVERTER_CODES
+from rfms_can.arm.mechanism import (
+    COARSE_CODES,
+    COARSE_LINEARITY,
+    CONVERTER_CODES,
+    FORCE_DAC_FINENESS,
+)
 
 LOWEST_CODE: Final = -CONVERTER_CODES
 HIGHEST_CODE: Final = CONVERTER_CODES - 1
@@ -27,9 +34,6 @@ class Board:
     coarse position says which one it was.
 
     Attributes:
-        current: motor current the amplifier drives, A.
-        force_set_point_code: what the force-set-point DAC was last told; kept and reported. This
-            amplifier follows the motor-current DAC.
         latched_index_counts: counts at the last index pulse; None before the first.
     """
 
@@ -54,24 +58,28 @@ class Board:
         self._whole_revolutions = floor(revolutions)
         self._counts = 0
         self._speed_code = 0
-        self._current_code = 0
+        self._fine_code = 0
         self._index_seen = False
-        self.current = 0.0
-        self.force_set_point_code = 0
         self.latched_index_counts: int | None = None
 
-    def set_motor_current(self, code: int) -> float:
-        """Write the motor-current DAC; return the joint torque its current makes, Nm.
+    def set_dacs(self, current_code: int, force_code: int = 0) -> float:
+        """Write both DACs; return the joint torque that the motor's current makes, Nm.
 
-        The amplifier's full scale is the drive's current limit; codes beyond the rails saturate.
+        Each converter saturates at its rails, the amplifier at those of the motor-current channel:
+        the drive's current limit.
         """
-        self._current_code = min(max(code, LOWEST_CODE), HIGHEST_CODE)
-        self.current = self._current_code * self._scale.ampere_per_dac_code
-        return self._current_code * self._scale.torque_per_dac_code
+        current = min(max(current_code, LOWEST_CODE), HIGHEST_CODE)
+        force = min(max(force_code, LOWEST_CODE), HIGHEST_CODE)
+        fine = FORCE_DAC_FINENESS * current + force
+        self._fine_code = min(
+            max(fine, FORCE_DAC_FINENESS * LOWEST_CODE), FORCE_DAC_FINENESS * HIGHEST_CODE
+        )
+        return self._fine_code * self._scale.torque_per_force_code
 
-    def set_force_set_point(self, code: int) -> None:
-        """Write the force-set-point DAC."""
-        self.force_set_point_code = min(max(code, LOWEST_CODE), HIGHEST_CODE)
+    @property
+    def current(self) -> float:
+        """Motor current the amplifier drives, A."""
+        return self._fine_code * self._scale.ampere_per_dac_code / FORCE_DAC_FINENESS
 
     def observe(self, q: float, qd: float) -> None:
         """Follow the joint to angle ``q`` (rad) and speed ``qd`` (rad/s): once a control period.
@@ -94,9 +102,13 @@ class Board:
         self._speed_code = _code(qd / self._scale.speed_per_adc_code)
 
     def sample(self) -> Sample:
-        """What MEASURE carries; the index flag starts anew."""
+        """What MEASURE carries; the index flag starts anew.
+
+        The current ADC has the scale of the motor-current DAC and reads what flows: the sum.
+        """
         index_seen, self._index_seen = self._index_seen, False
-        current = _code(self._adc_slope * self._current_code + self._adc_offset)
+        driven = self._fine_code / FORCE_DAC_FINENESS
+        current = _code(self._adc_slope * driven + self._adc_offset)
         return self._counts, current, self._speed_code, index_seen
 
     def coarse(self, q: float) -> int:

@@ -104,13 +104,19 @@ class PlantNode(Endpoint):
             if dac is None:
                 self._silent[index] += 1
                 if self._silent[index] == SILENT_CYCLES:
-                    self._codes[index] = 0  # no current against a closed brake
+                    self._power_off(index)  # no current against a closed brake
                 continue
             self._silent[index] = 0
             self._codes[index] = dac.current_dac
             if index < len(JOINTS):
                 self._force_codes[index] = dac.force_dac
             self._arrived[index] = None
+
+    def _power_off(self, index: int) -> None:
+        """Zero to both DACs."""
+        self._codes[index] = 0
+        if index < len(JOINTS):
+            self._force_codes[index] = 0
 
     def _sample(self, low: int) -> None:
         """MEASURE of every board, FORCE with a sensor; REFERENCE too while the bus homes."""
@@ -156,6 +162,7 @@ class PlantNode(Endpoint):
         """Torque off and brakes on, whatever the nodes say, until RESET."""
         if estop == ESTOP_VALUES:
             self._stopped = True
-            self._codes = [0] * GRIPPER
+            for index in range(GRIPPER):
+                self._power_off(index)
             self._silent = [SILENT_CYCLES] * GRIPPER
             self._arrived = [None] * GRIPPER

@@ -113,11 +113,11 @@ class PlantPhysics:
         """
         boards, model, jaw = self._boards, self._model, self.jaw
         torque = [
-            board.set_motor_current(code)
-            for board, code in zip(boards, motor_current_codes, strict=True)
+            board.set_dacs(current, force)
+            for board, current, force in zip(
+                boards, motor_current_codes, force_set_point_codes, strict=True
+            )
         ]
-        for board, code in zip(boards, force_set_point_codes, strict=True):
-            board.set_force_set_point(code)
         model.step(torque, brakes, self.steps_per_period)
         for board, q, qd in zip(boards, model.q, model.qd, strict=True):
             board.observe(q, qd)
@@ -149,7 +149,3 @@ class PlantPhysics:
     def latched_index_counts(self, joint: int) -> int | None:
         """Counts at the last index pulse of joint index ``joint``; None before the first."""
         return self._boards[joint].latched_index_counts
-
-    def force_set_point_code(self, joint: int) -> int:
-        """What the force-set-point DAC of joint index ``joint`` was last told."""
-        return self._boards[joint].force_set_point_code
