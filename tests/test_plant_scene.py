@@ -11,14 +11,13 @@ from rfms_can.arm import PUMA_560
 from rfms_can.dynamics import ArmDynamics
 from rfms_can.kinematics import InverseKinematics, Joints, configuration_of
 from rfms_can.plant.arm_model import ArmModel
-from rfms_can.plant.scene import STEEL, Kind
-from rfms_can.plant.scene.peg_in_hole import PegInHole
+from rfms_can.plant.scene import Kind
+from rfms_can.plant.scene.peg_in_hole import HOLE, PegInHole
 from rfms_can.transform import Transform
 
 PEG = PegInHole()
 STEP_S = 2.5e-4
 DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
-HOLE = Transform.translation(0.55, 0.2, -0.25)
 CONFIGURATION = configuration_of(PUMA_560, PUMA_560.park)
 NATURAL = 60.0
 """Of the arm's position control here, rad/s; critically damped, without dry friction."""
@@ -35,7 +34,7 @@ class Bench:
 
     def __init__(self, start: Transform) -> None:
         friction = PUMA_560.friction_sets["none"]
-        self.model = ArmModel(PUMA_560, friction, STEP_S, PEG.scene(HOLE, STEEL))
+        self.model = ArmModel(PUMA_560, friction, STEP_S, PEG.scene())
         self.model.reset(solve(start))
         self._dynamics = ArmDynamics(PUMA_560)
 

@@ -6,12 +6,12 @@ import pytest
 from node_bench import PERIOD_NS, Reader
 
 from rfms_can.arm import PUMA_560
+from rfms_can.errors import PlantError
 from rfms_can.kinematics import direct
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
-from rfms_can.plant.scene import STEEL
 from rfms_can.plant.scene.peg_in_hole import PegInHole
-from rfms_can.plant.wrist_sensor import GOOD, SensorErrors, WristSensor
+from rfms_can.plant.wrist_sensor import GOOD, IDEAL, WristSensor, sensor_from
 from rfms_can.transform import Transform
 from rfms_can.wire import Wire
 from rfms_can.wire.records import Force, Sync
@@ -21,7 +21,7 @@ TRUTH = (10.0, -20.0, 30.0, 0.5, -0.25, 0.1)
 
 
 def test_a_perfect_sensor_reads_the_truth() -> None:
-    assert WristSensor(SensorErrors()).sample(TRUTH) == pytest.approx(TRUTH)
+    assert WristSensor(IDEAL).sample(TRUTH) == pytest.approx(TRUTH)
 
 
 def test_bias_scale_and_noise_are_those_stated() -> None:
@@ -35,18 +35,28 @@ def test_bias_scale_and_noise_are_those_stated() -> None:
 
 
 def test_the_noise_is_that_of_its_seed() -> None:
-    one, other = WristSensor(GOOD), WristSensor(GOOD)
-    assert [one.sample(TRUTH) for _ in range(3)] == [other.sample(TRUTH) for _ in range(3)]
+    one, same, other = (WristSensor(GOOD, seed) for seed in (4, 4, 5))
+    noise = [one.sample(TRUTH) for _ in range(3)]
+    assert noise == [same.sample(TRUTH) for _ in range(3)]
+    assert noise != [other.sample(TRUTH) for _ in range(3)]
+
+
+def test_a_sensor_is_asked_for_by_name() -> None:
+    assert sensor_from("none", 1) is None
+    ideal = sensor_from("ideal", 1)
+    assert ideal is not None and ideal.sample(TRUTH) == pytest.approx(TRUTH)
+    with pytest.raises(PlantError, match="'best' does not exist; there are: none, ideal, good"):
+        sensor_from("best", 1)
 
 
 def test_beyond_its_range_it_saturates() -> None:
-    reading = WristSensor(SensorErrors()).sample((1e4, -1e4, 0.0, 1e3, -1e3, 0.0))
+    reading = WristSensor(IDEAL).sample((1e4, -1e4, 0.0, 1e3, -1e3, 0.0))
     assert reading == [400.0, -400.0, 0.0, 40.0, -40.0, 0.0]
 
 
-@pytest.mark.parametrize("sensor", [WristSensor(SensorErrors()), None])
+@pytest.mark.parametrize("sensor", [WristSensor(IDEAL), None])
 def test_the_plant_sends_force_only_with_a_sensor(wire: Wire, sensor: WristSensor | None) -> None:
-    scene = PegInHole().scene(Transform.translation(0.55, 0.2, -0.6), STEEL)
+    scene = PegInHole().scene(Transform.translation(0.55, 0.2, -0.6))
     physics = PlantPhysics(PUMA_560, "none", 250.0, scene=scene, sensor=sensor)
     node, reader = PlantNode(physics, wire, 0x109, PERIOD_NS), Reader(wire)
     node.on_time(0)

@@ -38,7 +38,20 @@ BarrierOption = Annotated[float | None, typer.Option("--barrier", help="longest 
 PatienceOption = Annotated[
     float | None, typer.Option("--patience", help="how long absent nodes are waited for, s")
 ]
-SeedOption = Annotated[int | None, typer.Option("--seed", help="makes the boot ids")]
+SeedOption = Annotated[
+    int | None, typer.Option("--seed", help="makes the boot ids and the sensor's noise")
+]
+SceneOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scene",
+        help="what the arm meets: free | peg | surface | curved | corner, with "
+        "NAME:KEY=VALUE,... to displace it",
+    ),
+]
+SensorOption = Annotated[
+    str | None, typer.Option("--sensor", help="at the wrist: none | ideal | good")
+]
 ConfigOption = Annotated[
     Path | None, typer.Option("--config", help="TOML file with a [run] table; default rfms.toml")
 ]
@@ -59,6 +72,8 @@ SETTINGS: Final[dict[str, Any]] = {
     "barrier": BarrierOption,
     "patience": PatienceOption,
     "seed": SeedOption,
+    "scene": SceneOption,
+    "sensor": SensorOption,
 }
 """The flag of each setting."""
 

@@ -18,10 +18,17 @@ WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
 _GEOMETRY: Final = {
     Kind.BOX: mujoco.mjtGeom.mjGEOM_BOX,
     Kind.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+    Kind.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
     Kind.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
 }
 TOOL_BIT, FIXTURE_BIT = 1, 2
 """Tool and fixtures touch one another, none touches its own kind."""
+
+IMPEDANCE: Final = 0.5
+"""MuJoCo's d: the part of the contact's acceleration that the constraint prescribes. Below, a spring
+and a damper, it takes shorter steps; near 1 the spring is lost in what MuJoCo makes rigid."""
+FRICTION_IMPEDANCE_RATIO: Final = 10.0
+"""MuJoCo's impratio: its sticking contact creeps, by this factor less than the normal spring would."""
 
 
 def compile_model(
@@ -66,14 +73,30 @@ def compile_model(
     if scene.tool is not None:
         _hold(spec, body.add_body(name="tool", pos=position, quat=quaternion), scene.tool, scene)
     try:
-        return spec.compile()
+        model = spec.compile()
     except ValueError as error:
         raise PlantError(f"MuJoCo refuses the model of {arm.name}: {error}") from error
+    if scene.tool is not None:
+        _stiffen(model, scene.contact)
+    return model
+
+
+def _stiffen(model: mujoco.MjModel, contact: Contact) -> None:
+    """Give every contact its stiffness and damping.
+
+    MuJoCo's contact has a spring and a damper per unit of mass: with parameters s0 and s1 its force
+    at rest is s0 depth / ((1 - d) w), where w is the tool's mean inverse mass at the angles 0.
+    Solved for s0, the stiffness is that asked for, in N/m, wherever the arm stands.
+    """
+    inverse_mass = float(model.body("tool").invweight0[0])  # of a translation, 1/kg
+    spring = contact.stiffness * (1.0 - IMPEDANCE) * inverse_mass
+    model.geom_solref[:] = -spring, -2.0 * contact.damping * spring**0.5
 
 
 def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Put the scene's fixtures around the arm."""
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = FRICTION_IMPEDANCE_RATIO
     for shape in scene.fixtures:
         _add_shape(spec.worldbody, shape, scene.contact, FIXTURE_BIT, TOOL_BIT)
 
@@ -97,16 +120,14 @@ def _add_shape(body: mujoco.MjsBody, shape: Shape, contact: Contact, own: int, o
     rotation = [*(pose.nx, pose.ox, pose.ax), *(pose.ny, pose.oy, pose.ay)]
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.array([*rotation, pose.nz, pose.oz, pose.az]))
-    frequency, impedance = contact.frequency, contact.impedance
     body.add_geom(
         type=_GEOMETRY[shape.kind],
         size=list(shape.size),
         pos=[pose.px, pose.py, pose.pz],
         quat=quaternion,
-        contype=own,
-        conaffinity=others,
+        contype=own if shape.solid else 0,
+        conaffinity=others if shape.solid else 0,
         condim=3,
         friction=[contact.friction, 0.0, 0.0],
-        solref=[-(frequency**2), -2.0 * contact.damping * frequency],
-        solimp=[impedance, impedance, 1e-3, 0.5, 2.0],
+        solimp=[IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0],
     )

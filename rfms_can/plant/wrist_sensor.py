@@ -5,10 +5,12 @@ has to take out the bias and the weight of the tool.
 """
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Final
 
+from rfms_can.errors import PlantError
 from rfms_can.transform import Vector6
 
 FORCE_RANGE: Final = 400.0  # N; P: size of the JR3 and Lord sensors of the time
@@ -24,14 +26,15 @@ class SensorErrors:
         bias: reading without load: N along x, y, z, Nm about x, y, z.
         scale: reading over truth, of each channel.
         noise: standard deviation of a sample, N and Nm.
-        seed: makes the noise.
     """
 
     bias: Vector6 = (0.0,) * 6
     scale: Vector6 = (1.0,) * 6
     noise: Vector6 = (0.0,) * 6
-    seed: int = 1
 
+
+IDEAL: Final = SensorErrors()
+"""Reads the truth."""
 
 GOOD: Final = SensorErrors(
     bias=(1.5, -0.8, 2.1, 0.05, -0.03, 0.02),
@@ -40,17 +43,22 @@ GOOD: Final = SensorErrors(
 )
 """A good one (P): 1 % of scale, noise of a tenth of a newton."""
 
+NO_SENSOR: Final = "none"
+SENSORS: Final[Mapping[str, SensorErrors]] = MappingProxyType({"ideal": IDEAL, "good": GOOD})
+"""By the names a run asks for them with."""
+
 
 class WristSensor:
     """Samples six channels.
 
     Args:
         errors: what is wrong with it.
+        seed: makes the noise.
     """
 
-    def __init__(self, errors: SensorErrors = GOOD) -> None:
+    def __init__(self, errors: SensorErrors = GOOD, seed: int = 1) -> None:
         self._errors = errors
-        self._random = random.Random(errors.seed)
+        self._random = random.Random(seed)
 
     def sample(self, truth: Sequence[float]) -> list[float]:
         """The reading, (6,), N and Nm, of what the hand does to the tool at T6."""
@@ -61,3 +69,18 @@ class WristSensor:
                 truth, errors.scale, errors.bias, errors.noise, _RANGES, strict=True
             )
         ]
+
+
+def sensor_from(name: str, seed: int) -> WristSensor | None:
+    """The sensor of a name, its noise made by ``seed``; None for ``none``.
+
+    Raises:
+        PlantError: there is none of that name.
+    """
+    if name == NO_SENSOR:
+        return None
+    if name not in SENSORS:
+        raise PlantError(
+            f"sensor {name!r} does not exist; there are: {NO_SENSOR}, {', '.join(SENSORS)}"
+        )
+    return WristSensor(SENSORS[name], seed)

@@ -10,6 +10,9 @@ from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.plant.physics import physics_steps
+from rfms_can.plant.scene import Scene
+from rfms_can.plant.scene.catalogue import scene_from
+from rfms_can.plant.wrist_sensor import NO_SENSOR, sensor_from
 from rfms_can.wire.vocabulary import Blend
 
 Kind = TypeVar("Kind", bound=IntEnum)
@@ -37,7 +40,10 @@ class RunSettings:
         bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
         barrier: longest lockstep cycle, s.
         patience: how long nodes may take to appear, s.
-        seed: makes the boot ids.
+        seed: makes the boot ids, and the noise of the sensor.
+        scene: what the arm holds and meets: ``NAME`` or ``NAME:key=value,...``
+            (``plant/scene/catalogue.py``).
+        sensor: at its wrist: ``none``, ``ideal`` or ``good``.
     """
 
     arm: str = "puma260"
@@ -52,12 +58,15 @@ class RunSettings:
     barrier: float = 2.0
     patience: float = 30.0
     seed: int = 1
+    scene: str = "free"
+    sensor: str = NO_SENSOR
 
     def __post_init__(self) -> None:
         arm = arm_by_name(self.arm)
         friction_set(arm, self.friction)
         friction_set(arm, self.servo_friction or self.friction)
-        physics_steps(self.rate)
+        physics_steps(self.rate, self.the_scene.longest_step_s)
+        sensor_from(self.sensor, self.seed)
         simulated = parse_bus_url(self.bus).interface == SIM
         choice("clock", self.clock or "virtual", Clock)
         choice("blend", self.blend, Blend)
@@ -84,6 +93,11 @@ class RunSettings:
     def the_arm(self) -> Arm:
         """The arm's data."""
         return arm_by_name(self.arm)
+
+    @property
+    def the_scene(self) -> Scene:
+        """What the arm holds and meets."""
+        return scene_from(self.scene, self.arm)
 
     @property
     def the_clock(self) -> Clock:

@@ -9,12 +9,27 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from rfms_can.plant.scene.shape import Contact, Kind, Scene, Shape, Tool
+from rfms_can.plant.scene.parameters import FRICTION, Key, Values, displaced
+from rfms_can.plant.scene.shape import CONTACT_STEP_S, STEEL, Contact, Kind, Scene, Shape, Tool
+from rfms_can.plant.scene.solids import Part, assemble
 from rfms_can.transform import Transform
 
-STEEL_DENSITY: Final = 7850.0  # kg/m3
+HOLE: Final = Transform.translation(0.55, 0.20, -0.25)
+"""Where the mouth of the hole should be, in the base frame of the PUMA 560; z out of it."""
+
+KEYS: Final = (
+    Key("x_mm", 0.0, -5.0, 5.0, "the hole lies off along x"),
+    Key("y_mm", 0.0, -5.0, 5.0, "the hole lies off along y"),
+    Key("tilt_x_deg", 0.0, -5.0, 5.0, "its axis leans, turned about x at the mouth"),
+    Key("tilt_y_deg", 0.0, -5.0, 5.0, "its axis leans, turned about y at the mouth"),
+    Key("clearance_mm", 0.2, 0.02, 2.0, "radius of the hole less that of the peg"),
+    FRICTION,
+)
+
 WALL: Final = 0.006
 """Half thickness of a wall's box, m: more than any contact sinks in."""
+FACET_ERROR: Final = 0.1
+"""Largest error of the facets, over the clearance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +43,6 @@ class PegInHole:
         clearance: radius of the hole less that of the peg.
         chamfer: of the hole, at 45 degrees.
         depth: of the hole, chamfer included; open below.
-        facets: boxes around the hole.
     """
 
     radius: float = 0.010
@@ -37,7 +51,12 @@ class PegInHole:
     clearance: float = 0.0002
     chamfer: float = 0.003
     depth: float = 0.050
-    facets: int = 64
+
+    @property
+    def facets(self) -> int:
+        """Boxes around the hole: as few as keep the error under a tenth of the clearance."""
+        bore = self.radius + self.clearance
+        return math.floor(math.pi / math.acos(bore / (bore + FACET_ERROR * self.clearance))) + 1
 
     @property
     def facet_error(self) -> float:
@@ -45,22 +64,16 @@ class PegInHole:
         return (self.radius + self.clearance) * (1.0 / math.cos(math.pi / self.facets) - 1.0)
 
     def tool(self) -> Tool:
-        """The peg, along z of T6."""
-        mass = STEEL_DENSITY * math.pi * self.radius**2 * self.length
-        across = mass * (3.0 * self.radius**2 + self.length**2) / 12.0
-        along = mass * self.radius**2 / 2.0
-        middle = self.grip + self.length / 2.0
-        pose = Transform.translation(0.0, 0.0, middle)
-        shape = Shape(Kind.CYLINDER, (self.radius, self.length / 2.0, 0.0), pose)
-        tip = Transform.translation(0.0, 0.0, self.grip + self.length)
-        return Tool(mass, (0.0, 0.0, middle), (across, across, along), (shape,), tip)
+        """The peg, along z of T6, and its end."""
+        end = self.grip + self.length
+        half = self.length / 2.0
+        return assemble((Part(Kind.CYLINDER, (self.radius, half, 0.0), end - half),), end)
 
     def hole(self) -> tuple[Shape, ...]:
         """The hole, its mouth at the origin, its axis along z, open towards +z."""
+        facets = self.facets
         return tuple(
-            shape
-            for k in range(self.facets)
-            for shape in self._sector(2.0 * math.pi * k / self.facets)
+            shape for k in range(facets) for shape in self._sector(2.0 * math.pi * k / facets)
         )
 
     def _sector(self, angle: float) -> tuple[Shape, Shape]:
@@ -85,7 +98,13 @@ class PegInHole:
         face = Shape(Kind.BOX, (WALL, width, self.chamfer / math.sqrt(2.0)), turn @ centre @ tilt)
         return wall, face
 
-    def scene(self, hole: Transform, contact: Contact) -> Scene:
+    def scene(self, hole: Transform = HOLE, contact: Contact = STEEL) -> Scene:
         """The scene with the mouth of the hole at ``hole`` in the base frame, z out of it."""
         fixtures = tuple(Shape(shape.kind, shape.size, hole @ shape.pose) for shape in self.hole())
-        return Scene("peg", fixtures, self.tool(), contact, longest_step_s=2.5e-4)
+        return Scene("peg", fixtures, self.tool(), hole, contact, CONTACT_STEP_S)
+
+
+def build(values: Values) -> Scene:
+    """The scene with the values of :data:`KEYS`."""
+    peg = PegInHole(clearance=1e-3 * values["clearance_mm"])
+    return peg.scene(displaced(HOLE, values), Contact(friction=values["friction"]))

@@ -11,6 +11,9 @@ from typing import Final
 from rfms_can.transform import Transform, Vector3
 
 
+_ORIGIN: Final = Transform.identity()
+
+
 class Kind(Enum):
     """Shapes the plant knows, and what their ``size`` means."""
 
@@ -18,6 +21,8 @@ class Kind(Enum):
     """Half lengths along x, y and z."""
     CYLINDER = auto()
     """Radius, half length along z, 0."""
+    SPHERE = auto()
+    """Radius, 0, 0."""
     PLANE = auto()
     """Half lengths of what is drawn along x and y, 0; it is infinite, its normal is z."""
 
@@ -30,11 +35,13 @@ class Shape:
         kind: of shape.
         size: by ``kind``, m.
         pose: of its own frame, in the frame of the scene or of the hand.
+        solid: False for what is only there to be weighed and seen, and can touch nothing.
     """
 
     kind: Kind
     size: Vector3
     pose: Transform
+    solid: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,27 +65,25 @@ class Tool:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """How two shapes push against one another.
-
-    MuJoCo's contact is a spring and a damper per unit of the mass that meets in it, here given by
-    natural frequency and damping ratio; what that makes of an arm's tip in N/m is measured
-    (``tests/test_plant_scene.py``).
+    """How two shapes push against one another, at each point at which they touch.
 
     Attributes:
-        frequency: natural frequency, rad/s.
-        damping: damping ratio.
-        impedance: part of the contact force that is rigid, 0 to 1; the rest is the spring's.
+        stiffness: force per depth, N/m.
+        damping: damping ratio, with the mass that the tool is at its average.
         friction: sliding coefficient.
     """
 
-    frequency: float = 1000.0
+    stiffness: float = 1e7
     damping: float = 1.0
-    impedance: float = 0.95
     friction: float = 0.2
 
 
 STEEL: Final = Contact()
-"""Steel on steel, lubricated (P)."""
+"""Steel on steel, lubricated (P): 100 N sink in by 0.01 mm. A steel ball of 10 mm on a plate has this
+stiffness at 1.3 N, and three times as much at 50 N (Hertz, (6 E*^2 R F)^(1/3))."""
+
+CONTACT_STEP_S: Final = 2.5e-4
+"""Physics step that resolves this contact while joints stick and slip, s; 1 ms does not."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +94,7 @@ class Scene:
         name: as it is asked for.
         fixtures: shapes in the base frame.
         tool: what the hand holds, or None.
+        place: where the task truly is, in the base frame; a program knows where it should be.
         contact: between tool and fixtures.
         longest_step_s: physics step that resolves its contact, s.
     """
@@ -96,6 +102,7 @@ class Scene:
     name: str
     fixtures: tuple[Shape, ...] = ()
     tool: Tool | None = None
+    place: Transform = _ORIGIN
     contact: Contact = STEEL
     longest_step_s: float = 1e-3
 

@@ -1,0 +1,56 @@
+"""The scenes there are, by name."""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+from rfms_can.errors import PlantError
+from rfms_can.plant.scene import corner, curved, peg_in_hole, surface
+from rfms_can.plant.scene.parameters import Key, Values, read
+from rfms_can.plant.scene.shape import FREE, Scene
+
+ARM: Final = "puma560"
+"""The arm in front of which everything but ``free`` stands; the PUMA 260 does not reach it."""
+
+
+class Entry(NamedTuple):
+    """A scene that can be asked for.
+
+    Attributes:
+        meaning: in a few words.
+        keys: numbers it can be given.
+        build: makes it of their values.
+    """
+
+    meaning: str
+    keys: tuple[Key, ...]
+    build: Callable[[Values], Scene]
+
+
+SCENES: Final[Mapping[str, Entry]] = MappingProxyType(
+    {
+        "free": Entry("nothing but the arm", (), lambda _: FREE),
+        "peg": Entry("a peg in the hand, and its hole", peg_in_hole.KEYS, peg_in_hole.build),
+        "surface": Entry("a stylus in the hand, and a plate", surface.KEYS, surface.build),
+        "curved": Entry("a stylus in the hand, and a round back", curved.KEYS, curved.build),
+        "corner": Entry("a block in the hand, and two walls", corner.KEYS, corner.build),
+    }
+)
+
+
+@lru_cache(maxsize=64)
+def scene_from(text: str, arm: str) -> Scene:
+    """The scene that ``NAME`` or ``NAME:key=value,key=value`` asks for, around an arm (its name).
+
+    Raises:
+        PlantError: there is none such, or not around this arm; the message lists what there is.
+    """
+    name, _, rest = text.partition(":")
+    if name not in SCENES:
+        raise PlantError(f"scene {name!r} does not exist; there are: {', '.join(SCENES)}")
+    entry = SCENES[name]
+    scene = entry.build(read(name, rest, entry.keys))
+    if scene.tool is not None and arm != ARM:
+        raise PlantError(f"scene {name!r} stands in front of {ARM}, out of the reach of {arm}")
+    return scene
