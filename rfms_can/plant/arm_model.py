@@ -15,6 +15,7 @@ import numpy as np
 
 from rfms_can.arm import JOINTS, Arm, JointFriction
 from rfms_can.errors import PlantError
+from rfms_can.plant.contact import ContactReader, Contacts
 from rfms_can.plant.friction import DryFriction
 from rfms_can.plant.model_builder import WRIST_FORCE, WRIST_TORQUE, compile_model
 from rfms_can.plant.scene import FREE, Scene
@@ -65,6 +66,7 @@ class ArmModel:
                 self._data.sensor(WRIST_FORCE).data,
                 self._data.sensor(WRIST_TORQUE).data,
             )
+        self._contacts = ContactReader(self._model, self._data)
         self.q = [0.0] * JOINTS
         self.qd = [0.0] * JOINTS
         self.reset(arm.park)
@@ -148,6 +150,10 @@ class ArmModel:
         force, torque = self._wrist
         values: list[float] = [*force.tolist(), *torque.tolist()]
         return values
+
+    def contact_force(self) -> Contacts:
+        """What the fixtures do to the tool, as the contacts of the last step had it."""
+        return self._contacts.read()
 
     def _response(self) -> list[list[float]]:
         """Speed per torque over one step, W = h (M + h B)^-1, (6, 6), rad/s per Nm.

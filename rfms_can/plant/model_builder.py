@@ -10,10 +10,13 @@ import numpy as np
 from rfms_can.arm import Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.scene import Contact, Kind, Scene, Shape, Tool
+from rfms_can.transform import Transform
 
 GRAVITY: Final = 9.81  # m/s2, along -z of the base
 WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
 """Sensors between hand and tool, at T6."""
+TOOL, TIP = "tool", "tip"
+"""What the hand holds, and the site of its tip."""
 
 _GEOMETRY: Final = {
     Kind.BOX: mujoco.mjtGeom.mjGEOM_BOX,
@@ -21,14 +24,18 @@ _GEOMETRY: Final = {
     Kind.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
     Kind.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
 }
-TOOL_BIT, FIXTURE_BIT = 1, 2
-"""Tool and fixtures touch one another, none touches its own kind."""
-
 IMPEDANCE: Final = 0.5
-"""MuJoCo's d: the part of the contact's acceleration that the constraint prescribes. Below, a spring
-and a damper, it takes shorter steps; near 1 the spring is lost in what MuJoCo makes rigid."""
-FRICTION_IMPEDANCE_RATIO: Final = 10.0
-"""MuJoCo's impratio: its sticking contact creeps, by this factor less than the normal spring would."""
+"""MuJoCo's d: the part of a contact's acceleration that its constraint prescribes. Less of it, and
+spring and damper need shorter steps; near 1, the spring is lost in what MuJoCo makes rigid."""
+SLIDING_RATE: Final = 10.0
+"""Rate at which friction takes away what slides, 1/s, while the load is under its cone.
+
+MuJoCo's cone is convex: what slides at speed v is lifted as if its contact were softer, here by
+friction SLIDING_RATE v / s0. With the damping of the normal spring in this place, as MuJoCo has it
+if nothing is said, a ball pressed on with 20 N leaves the plate at 40 mm/s, and chatters."""
+FRICTION_IMPEDANCE_RATIO: Final = 1e4
+"""MuJoCo's impratio. A contact that sticks creeps in MuJoCo, by w / (impratio SLIDING_RATE): 1.4
+micrometres a second under each newton."""
 
 
 def compile_model(
@@ -71,7 +78,7 @@ def compile_model(
     body.add_site(name="t6", pos=position, quat=quaternion)
     _furnish(spec, scene)
     if scene.tool is not None:
-        _hold(spec, body.add_body(name="tool", pos=position, quat=quaternion), scene.tool, scene)
+        _hold(spec, body.add_body(name=TOOL, pos=position, quat=quaternion), scene.tool, scene)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -88,9 +95,9 @@ def _stiffen(model: mujoco.MjModel, contact: Contact) -> None:
     at rest is s0 depth / ((1 - d) w), where w is the tool's mean inverse mass at the angles 0.
     Solved for s0, the stiffness is that asked for, in N/m, wherever the arm stands.
     """
-    inverse_mass = float(model.body("tool").invweight0[0])  # of a translation, 1/kg
+    inverse_mass = float(model.body(TOOL).invweight0[0])  # of a translation, 1/kg
     spring = contact.stiffness * (1.0 - IMPEDANCE) * inverse_mass
-    model.geom_solref[:] = -spring, -2.0 * contact.damping * spring**0.5
+    model.pair_solref[:] = -spring, -2.0 * contact.damping * spring**0.5
 
 
 def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
@@ -98,36 +105,60 @@ def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_IMPEDANCE_RATIO
     for shape in scene.fixtures:
-        _add_shape(spec.worldbody, shape, scene.contact, FIXTURE_BIT, TOOL_BIT)
+        _add_shape(spec.worldbody, shape)
 
 
 def _hold(spec: mujoco.MjSpec, body: mujoco.MjsBody, tool: Tool, scene: Scene) -> None:
-    """Put the tool into the hand, and the sensors between the two."""
+    """Put the tool into the hand, and the sensors between the two; let it meet the fixtures."""
     body.explicitinertial = True
     body.mass, body.ipos, body.inertia = tool.mass, list(tool.com), list(tool.inertia)
-    for shape in tool.shapes:
-        _add_shape(body, shape, scene.contact, TOOL_BIT, FIXTURE_BIT)
     body.add_site(name="wrist")
+    tip = tool.tip
+    body.add_site(name=TIP, pos=[tip.px, tip.py, tip.pz], quat=_quaternion(tip))
     for name, kind in (
         (WRIST_FORCE, mujoco.mjtSensor.mjSENS_FORCE),
         (WRIST_TORQUE, mujoco.mjtSensor.mjSENS_TORQUE),
     ):
         spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="wrist")
+    fixtures = [geom.name for geom in spec.worldbody.geoms]
+    for shape in tool.shapes:
+        name = _add_shape(body, shape)
+        for fixture in fixtures if shape.solid else ():
+            _let_meet(spec, name, fixture, scene.contact)
 
 
-def _add_shape(body: mujoco.MjsBody, shape: Shape, contact: Contact, own: int, others: int) -> None:
+def _add_shape(body: mujoco.MjsBody, shape: Shape) -> str:
+    """A geometry that meets nothing yet; its name."""
     pose = shape.pose
-    rotation = [*(pose.nx, pose.ox, pose.ax), *(pose.ny, pose.oy, pose.ay)]
-    quaternion = np.zeros(4)
-    mujoco.mju_mat2Quat(quaternion, np.array([*rotation, pose.nz, pose.oz, pose.az]))
+    name = f"{body.name} {len(body.geoms)}"
     body.add_geom(
+        name=name,
         type=_GEOMETRY[shape.kind],
         size=list(shape.size),
         pos=[pose.px, pose.py, pose.pz],
-        quat=quaternion,
-        contype=own if shape.solid else 0,
-        conaffinity=others if shape.solid else 0,
-        condim=3,
-        friction=[contact.friction, 0.0, 0.0],
-        solimp=[IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0],
+        quat=_quaternion(pose),
+        contype=0,
+        conaffinity=0,
     )
+    return name
+
+
+def _let_meet(spec: mujoco.MjSpec, tool: str, fixture: str, contact: Contact) -> None:
+    """A pair, because only a pair's friction has a reference of its own."""
+    spec.add_pair(
+        geomname1=fixture,
+        geomname2=tool,
+        condim=3,
+        friction=[contact.friction, contact.friction, 0.0, 0.0, 0.0],
+        solimp=[IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0],
+        solreffriction=[-1.0, -SLIDING_RATE],
+    )
+
+
+def _quaternion(pose: Transform) -> list[float]:
+    """The rotation of a pose, w first."""
+    rotation = [*(pose.nx, pose.ox, pose.ax), *(pose.ny, pose.oy, pose.ay)]
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.array([*rotation, pose.nz, pose.oz, pose.az]))
+    values: list[float] = quaternion.tolist()
+    return values

@@ -10,8 +10,8 @@ that AB ends at the other wall and contact is never lost. Seen from above, in th
                                v     #          +-- x
                                      - C
 
-Along AB the block complies in y and about z and x: what its face against the wall takes away. At B it
-meets BC, and from there to C it complies along x and about z and y.
+Along AB the block complies in y and about z and x: what its face against the wall takes away. At B
+it meets BC, and from there to C it complies along x and about z and y.
 """
 
 from typing import Final
@@ -22,8 +22,8 @@ from rfms_can.plant.scene.solids import block
 from rfms_can.transform import Transform
 
 CORNER: Final = Transform.translation(0.60, 0.30, -0.25)
-"""Where B should be, in the base frame of the PUMA 560, at the height of the block's middle: the wall
-AB is the plane y = 0, the wall BC the plane x = 0, the block comes from -x and leaves to -y."""
+"""Where B should be, in the base frame of the PUMA 560, at the height of the block's middle. The wall
+AB is the plane y = 0, the wall BC the plane x = 0; the block comes from -x and leaves to -y."""
 
 KEYS: Final = (
     Key("x_mm", 0.0, -20.0, 20.0, "the walls lie off along x"),

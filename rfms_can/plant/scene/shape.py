@@ -10,7 +10,6 @@ from typing import Final
 
 from rfms_can.transform import Transform, Vector3
 
-
 _ORIGIN: Final = Transform.identity()
 
 
@@ -79,8 +78,8 @@ class Contact:
 
 
 STEEL: Final = Contact()
-"""Steel on steel, lubricated (P): 100 N sink in by 0.01 mm. A steel ball of 10 mm on a plate has this
-stiffness at 1.3 N, and three times as much at 50 N (Hertz, (6 E*^2 R F)^(1/3))."""
+"""Steel on steel, lubricated (P): 100 N sink in by 0.01 mm. A steel ball of 10 mm on a plate is as
+stiff at 1.3 N, and three times as much at 50 N (Hertz, (6 E*^2 R F)^(1/3))."""
 
 CONTACT_STEP_S: Final = 2.5e-4
 """Physics step that resolves this contact while joints stick and slip, s; 1 ms does not."""
