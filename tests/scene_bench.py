@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 
@@ -67,7 +68,10 @@ class SceneBench:
 
     def energy(self) -> float:
         """Kinetic and potential energy of arm and tool, J."""
-        return self.model.energy()
+        model, data = self.model.engine
+        model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+        mujoco.mj_forward(model, data)
+        return float(sum(data.energy))
 
     def tip_jacobian(self) -> Floats:
         """Velocity and rate of the tip along its axes, (6, 6)."""

@@ -22,8 +22,8 @@ from rfms_can.plant.scene.solids import block
 from rfms_can.transform import Transform
 
 CORNER: Final = Transform.translation(0.60, 0.30, -0.25)
-"""Where B should be, in the base frame of the PUMA 560, at the height of the block's middle. The wall
-AB is the plane y = 0, the wall BC the plane x = 0; the block comes from -x and leaves to -y."""
+"""Where B should be, in the base frame of the PUMA 560, at the height of the block's middle. The
+wall AB is the plane y = 0, the wall BC the plane x = 0; the block comes from -x, leaves to -y."""
 
 KEYS: Final = (
     Key("x_mm", 0.0, -20.0, 20.0, "the walls lie off along x"),
