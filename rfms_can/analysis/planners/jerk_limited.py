@@ -20,12 +20,12 @@ from rfms_can.kinematics import InverseKinematics, Joints
 from rfms_can.transform import Transform
 
 RISE_TIME: Final = 0.1
-"""Seconds from no acceleration to its limit: the jerk limit is the limit of acceleration over it."""
+"""Seconds from no acceleration to its limit: the jerk limit is that limit over this."""
 
 
 HORIZON: Final = 0.05
-"""How far ahead, s, a goal that moves is aimed at once it is reached. A state that is not reached in
-time costs a loop back to it: to aim at the next cycle's, or at all too near a one, does not track."""
+"""How far ahead, s, a goal that moves is aimed at once it is reached. A state that is not reached
+in time costs a loop back to it: aimed at the next cycle's, it would never be tracked."""
 
 
 def library() -> Any:

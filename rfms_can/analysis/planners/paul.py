@@ -1,8 +1,8 @@
 """Paul's Cartesian path control: a drive transform each sample, quartic transitions.
 
 Paul, "Manipulator Cartesian path control", IEEE Trans. SMC-9 (1979), and *Robot Manipulators* (MIT
-Press, 1981), chapter 5; described in thesis section III.2. The formulas are recalled, not read anew.
-In short, of a leg from B to C:
+Press, 1981), chapter 5; described in thesis section III.2. The formulas are recalled, not
+read anew. In short, of a leg from B to C:
 
 * T6 tool = P D(h), where P is B seen from the goal's frame, so that it travels with it. D moves
   along a line and turns twice: by theta about an axis in the x-y plane at psi, which brings the
@@ -19,7 +19,6 @@ t = 0. Of the two rotations one has no direction where it is zero; the other's p
 (ours: the sources do not say).
 """
 
-import math
 from typing import Final
 
 from rfms_can.analysis.planners.clock import Clock
@@ -63,7 +62,7 @@ class PaulPlanner:
         self._theta_B = self._theta_BC = self._theta_BA = task.start
 
     def step(self) -> Joints:
-        """Table of thesis III.2: a drive transform and an inverse solution, or a joint line."""
+        """A drive transform and an inverse solution, or angles on a joint line."""
         self._cycle += 1
         clock, legs = self._clock, self._task.legs
         number, n, enters = clock.advance()
@@ -140,8 +139,6 @@ class PaulPlanner:
         self._theta_B = theta_B
         self._theta_BC = _difference(theta_C, theta_B)
         self._theta_BA = _difference(theta_A, theta_B)
-        if not all(map(math.isfinite, self._theta_BA)):
-            raise NotPossibleError("an angle of the transition does not exist")
 
 
 def _difference(a: Joints, b: Joints) -> Joints:

@@ -82,7 +82,8 @@ class Run:
     @property
     def time(self) -> Floats:
         """Of each row, s."""
-        return np.arange(1, len(self.q) + 1) * self.period_s
+        times: Floats = self.period_s * np.arange(1.0, len(self.q) + 1.0, dtype=np.float64)
+        return times
 
     @property
     def arrival(self) -> float:

@@ -12,7 +12,7 @@ COLUMNS = (
 )  # fmt: skip
 
 NOTES = (
-    "line, deg: tool from the straight line (in the goal's frame, where it moves) and its rotation; "
+    "line, deg: tool from the straight line and its rotation (in the goal's frame, if it moves); "
     "corner: the same in transitions, from the nearer line; goal: from the last goal, once reached",
     "rad/s², rad/s³: largest joint acceleration and jerk, as differences at the sample rate; "
     "* is a step, which grows with the rate",

@@ -2,9 +2,9 @@
 
 Taylor, "Planning and execution of straight line manipulator trajectories", IBM J. Res. Develop.
 23(4) (1979); thesis section III.2. The formulas are recalled, not read anew. Before the motion, a
-line is halved until the hand of the joint angles' midpoint is within a bound of the line's midpoint,
-in position and in rotation. The motion itself runs straight in joint angles from knot to knot, and
-its transitions are parabolas: at knot k, for |t| <= w,
+line is halved until the hand of the joint angles' midpoint is within a bound of the line's
+midpoint, in position and in rotation. The motion itself runs straight in joint angles from knot to
+knot, and its transitions are parabolas: at knot k, for |t| <= w,
 
     q_k - (w - t)^2 / (4 w) rate before + (w + t)^2 / (4 w) rate after.
 
@@ -15,6 +15,7 @@ same. Knots inside a leg have transitions of half the shorter neighbouring inter
 
 from bisect import bisect_right
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final, NamedTuple
 
 from rfms_can.analysis.planners.clock import Clock
@@ -25,7 +26,7 @@ from rfms_can.transform import DriveTransform, Transform
 from rfms_can.wire.vocabulary import Mode
 
 POSITION_BOUND: Final = 0.25e-3
-"""Deviation of the hand at a midpoint, m, on an arm with ``UPPER_ARM``; larger ones in proportion."""
+"""Deviation of the hand at a midpoint, m, on an arm with ``UPPER_ARM``; else in proportion."""
 
 ROTATION_BOUND: Final = 5e-3
 """The same of its rotation, rad."""
@@ -99,9 +100,9 @@ class JointPath:
         h = [knot.h for knot in knots]
         self._rates: Final = [
             [(y - x) / (b.h - a.h) for x, y in zip(a.q, b.q, strict=True)]
-            for a, b in zip(knots, knots[1:], strict=False)
+            for a, b in pairwise(knots)
         ]
-        self._bounds: Final = [0.5 * (a + b) for a, b in zip(h, h[1:], strict=False)]
+        self._bounds: Final = [0.5 * (a + b) for a, b in pairwise(h)]
         inner = zip(h, h[1:], h[2:], strict=False)
         self._widths: Final = [0.0, *(0.5 * min(b - a, c - b) for a, b, c in inner), 0.0]
 
