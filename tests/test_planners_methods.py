@@ -144,6 +144,18 @@ def test_the_two_turns_place_any_pose(a: float, b: float, c: float, x: float) ->
     assert tuple(DoubleTurn.of(place).transform()) == approx(tuple(place), abs=1e-12)
 
 
+@given(*(angles for _ in range(6)))
+def test_one_sense_of_two_axes_names_the_same_places(
+    a: float, b: float, c: float, d: float, e: float, f: float
+) -> None:
+    """The axis of one leg is then at most a quarter turn from that of the other."""
+    given_ahead, given_behind = (DoubleTurn.of(Transform.euler(*x)) for x in ((a, b, c), (d, e, f)))
+    ahead, behind = DoubleTurn.in_one_sense(given_ahead, given_behind)
+    assert abs(ahead.psi - behind.psi) <= math.pi / 2.0 + 1e-9
+    assert tuple(ahead.transform()) == approx(tuple(given_ahead.transform()), abs=1e-8)
+    assert tuple(behind.transform()) == approx(tuple(given_behind.transform()), abs=1e-8)
+
+
 @given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
 def test_the_quartic_leaves_one_line_and_joins_the_other(ahead: float, behind: float) -> None:
     """Value, rate and, to the step's own error, acceleration: zero at both ends."""
