@@ -22,8 +22,8 @@ def test_the_table_is_what_the_planners_do(task: str) -> None:
     told = {}
     for line in block.splitlines():
         if line.startswith("│"):
-            name, *row = (cell.strip() for cell in line.strip("│").split("│"))
-            told[name] = [cell for cell, same in zip(row, MEASURED, strict=True) if same]
+            name, *printed = (cell.strip() for cell in line.strip("│").split("│"))
+            told[name] = [cell for cell, same in zip(printed, MEASURED, strict=True) if same]
     assert list(told) == list(PLANNERS)
     rows = compare(TASKS[task](PUMA_260), list(PLANNERS), 0.004, 1)
     for row in rows:
