@@ -5,39 +5,24 @@ late, feed rates, pauses and resumes.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from pytest import approx
+from random_programs import REST, Leg, hundredths, legs, move_of
 from runnable_path import is_runnable
 from trajectory_path import deviation
-from trajectory_rig import LEFT_DOWN, TAU, TOOL, MovingGoal, Rig, WeavingGoal
+from trajectory_rig import LEFT_DOWN, TAU, Rig
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError
-from rfms_can.kinematics import Joints, direct
-from rfms_can.master.trajectory.goal import FixedGoal, Goal
-from rfms_can.master.trajectory.segment import Move, Transition
+from rfms_can.kinematics import direct
 from rfms_can.master.trajectory.states import Stage
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
-
-REST = (0.2, 1.2, -2.7, 0.3, 1.0, -0.2)
-
-
-class Leg(NamedTuple):
-    """A move of a program, in seconds; ``wait`` after its request."""
-
-    q: Joints
-    kind: str
-    mode: Mode
-    transition: Transition
-    cruise: float
-    acceleration_time: float
-    wait: float
 
 
 class Pace(NamedTuple):
@@ -46,32 +31,6 @@ class Pace(NamedTuple):
     wait: float
     rate: float
     stand: float
-
-
-def hundredths(least: int, most: int) -> st.SearchStrategy[float]:
-    """Times that are whole at every period the programs are run with."""
-    return st.integers(least, most).map(lambda n: n / 100)
-
-
-def near(angle: float, reach: float) -> st.SearchStrategy[float]:
-    return st.floats(angle - reach, angle + reach)
-
-
-def legs(kinds: Sequence[str]) -> st.SearchStrategy[list[Leg]]:
-    leg = st.builds(
-        Leg,
-        q=st.tuples(
-            near(0.2, 0.3), near(1.2, 0.2), near(-2.7, 0.2),
-            near(0.3, 0.3), near(1.0, 0.3), near(-0.2, 0.3),
-        ),
-        kind=st.sampled_from(kinds),
-        mode=st.sampled_from(Mode),
-        transition=st.sampled_from(Transition),
-        cruise=hundredths(30, 90),
-        acceleration_time=hundredths(10, 30),
-        wait=hundredths(0, 120),
-    )  # fmt: skip
-    return st.lists(leg, min_size=1, max_size=4)
 
 
 paces = st.lists(
@@ -83,23 +42,6 @@ paces = st.lists(
     ),
     max_size=5,
 )
-
-
-def goal_of(leg: Leg, period_s: float) -> Goal:
-    pose = direct(PUMA_260, leg.q)
-    if leg.kind == "moving":
-        return MovingGoal(pose @ TOOL, (0.004, -0.003, 0.002), period_s)
-    if leg.kind == "weaving":
-        return WeavingGoal(pose @ TOOL, 0.001, 0.004)
-    return FixedGoal(pose)
-
-
-def move_of(number: int, leg: Leg, period_s: float) -> Move:
-    acceleration = round(leg.acceleration_time / period_s)
-    ticks = 2 * acceleration + round(leg.cruise / period_s)
-    entry = leg.transition if leg.mode is Mode.CARTESIAN else Transition.JOINT
-    goal = goal_of(leg, period_s)
-    return Move(number, goal, leg.mode, ticks, acceleration, LEFT_DOWN, entry)
 
 
 def requests(
