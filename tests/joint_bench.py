@@ -96,7 +96,9 @@ class JointBench(Bench):
 
     # --- what the others say ------------------------------------------------------------------
 
-    def setpoint(self, q: Sequence[float] | None = None, cycle: int | None = None) -> list[Heard]:
+    def setpoint(
+        self, q: Sequence[float] | None = None, cycle: int | None = None, extras: int = 0
+    ) -> list[Heard]:
         """SETPOINT_1 of an arm held at joint angles ``q``; IDLE, so that the pose is all."""
         q = self.q if q is None else q
         pose, configuration = direct(self.arm, q), configuration_of(self.arm, q)
@@ -105,7 +107,7 @@ class JointBench(Bench):
             *(pose, configuration, None, configuration),
         )
         number = self.cycle if cycle is None else cycle
-        return self.say(Setpoint, 1, *values_of(setpoint, pose, configuration, number))
+        return self.say(Setpoint, 1, *values_of(setpoint, pose, configuration, number, extras))
 
     def other_errors(
         self,
@@ -133,11 +135,15 @@ class JointBench(Bench):
         weighted: Sequence[float] = (0.0,) * 6,
         gravity: float = 0.0,
         law: Law = Law.PID,
+        damping: float = 0.0,
+        selection: int = 0,
+        specification: int = 0,
     ) -> list[Heard]:
         """The node's own row of a set."""
         self.row_set = number
         own = [float(i == self.index) for i in range(6)] if compliance is None else compliance
-        return self.say(Rows, self.number, *own, *weighted, gravity, number, law)
+        told = (gravity, number, law, damping, selection, specification)
+        return self.say(Rows, self.number, *own, *weighted, *told)
 
     # --- whole cycles -------------------------------------------------------------------------
 

@@ -9,8 +9,8 @@ from joint_bench import JointBench
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.wire import JOINTS, NO_SET, Wire
-from rfms_can.wire.records import Bias, Dac, JointError, Rows
+from rfms_can.wire import BIAS_BELONGS, COMPLY_BELONGS, JOINTS, NO_SET, Wire
+from rfms_can.wire.records import Bias, Comply, Dac, JointError, Rows
 from rfms_can.wire.vocabulary import Command, FaultCode, Law, NodeState, Parameter
 
 MEMORYLESS = {
@@ -87,7 +87,7 @@ class Injector:
         p = self.bench.parameters
         if law is Law.WEIGHTED:
             wn, zeta = p[Parameter.NATURAL_FREQUENCY], p[Parameter.DAMPING_RATIO]
-            return dot(mc, a) + wn * wn * dot(mc, e) + 2.0 * zeta * wn * dot(mc, v)
+            return dot(c, a) + wn * wn * dot(mc, e) + 2.0 * zeta * wn * dot(mc, v)
         return dot(mc, a) + p[Parameter.KP] * dot(c, e) + p[Parameter.KD] * dot(c, v)
 
 
@@ -102,7 +102,7 @@ def test_mixed_rows_act_in_the_cycle_that_names_them(injector: Injector, law: La
     bench = injector.bench
     size = 0.002 if law is Law.PID else 0.0005
     for number in range(10, 20):
-        c, mc = injector.some(0.8), injector.some(0.02)
+        c, mc = injector.some(0.8 if law is Law.PID else 0.02), injector.some(0.02)
         gravity = injector.random.uniform(-0.3, 0.3)
         bench.rows(number, compliance=c, weighted=mc, gravity=gravity, law=law)
         e, v, a = injector.some(size), injector.some(0.01), injector.some(3.0)
@@ -186,17 +186,17 @@ def test_rows_of_other_joints_are_not_ours(second: Injector) -> None:
     bench.rows(1, gravity=1.0)
     for joint in JOINTS:
         if joint != bench.number:
-            bench.say(Rows, joint, *ZERO, *ZERO, 5.0, 2, Law.PID)
+            bench.say(Rows, joint, *ZERO, *ZERO, 5.0, 2, Law.PID, 0.0, 0, 0)
     assert _gravity_in_dac(second, 1) == pytest.approx(1.0, abs=0.01)
     assert _gravity_in_dac(second, 2) == pytest.approx(1.0, abs=0.01)
 
 
 def test_a_half_arrived_row_set_never_acts() -> None:
     rows = RowSets(4)
-    before = (rows.compliance, rows.weighted, rows.gravity, rows.law, rows.number)
-    rows.hear(Rows(*(1.0,) * 12, 9.0, 7, Law.WEIGHTED))
+    before = (rows.first, rows.second, rows.gravity, rows.law, rows.number)
+    rows.hear(Rows(*(1.0,) * 12, 9.0, 7, Law.WEIGHTED, 8.0, 3, 1))
     assert not rows.swap(6)
-    assert (rows.compliance, rows.weighted, rows.gravity, rows.law, rows.number) == before
+    assert (rows.first, rows.second, rows.gravity, rows.law, rows.number) == before
     assert rows.swap(7)
     assert (rows.gravity, rows.law, rows.number) == (9.0, Law.WEIGHTED, 7)
     assert rows.swap(7)  # named again: nothing changes
@@ -231,20 +231,89 @@ def test_after_reset_the_sets_of_a_new_master_count_from_anew(second: Injector) 
 # --- bias --------------------------------------------------------------------------------------
 
 
-def test_bias_acts_from_the_next_sync_on(second: Injector) -> None:
+def test_bias_goes_out_on_the_force_dac_in_the_cycle_of_its_set_point(second: Injector) -> None:
+    bench = second.bench
+    fine = bench.parameters[Parameter.TORQUE_PER_FORCE_CODE]
+    bench.rows(1)
+    bench.sync()
+    bench.setpoint(extras=BIAS_BELONGS)
+    waiting = bench.measure() + bench.other_errors()
+    assert not bench.errors(waiting) and not bench.dacs(waiting)  # it waits for BIAS
+    answers = bench.say(Bias, None, 0.1, 0.7, 0.3, 0.0, 0.0, 0.0, bench.cycle & 0xFF)
+    (dac,) = bench.dacs(answers)
+    assert dac.force_dac * fine == pytest.approx(0.7, abs=0.51 * abs(fine))
+    assert dac.current_dac * second.scale == pytest.approx(0.0, abs=0.01)
+    (dac,) = bench.dacs(bench.run())
+    assert dac.force_dac == 0  # none belongs to this one
+
+
+def test_bias_of_another_cycle_is_stale(second: Injector) -> None:
     bench = second.bench
     bench.rows(1)
     bench.sync()
-    bench.say(Bias, None, 0.1, 0.7, 0.3, 0.0, 0.0, 0.0, bench.cycle & 0xFF)
-    bench.setpoint()
-    (dac,) = bench.dacs(bench.measure() + bench.other_errors())
-    assert dac.current_dac * second.scale == pytest.approx(0.0, abs=0.01)
-    assert _gravity_in_dac(second, 1) == pytest.approx(0.7, abs=0.01)
+    bench.setpoint(extras=BIAS_BELONGS)
+    bench.measure()
+    late = bench.say(Bias, None, *(0.7,) * 6, bench.cycle - 1 & 0xFF)
+    assert not bench.errors(late)
+    assert second.bench.node.ignored["stale BIAS"] == 1
+
+
+def test_the_bias_and_the_servo_together_keep_the_torque_limit(second: Injector) -> None:
+    bench = second.bench
+    limit = bench.parameters[Parameter.TORQUE_LIMIT]
+    fine = bench.parameters[Parameter.TORQUE_PER_FORCE_CODE]
+    bench.rows(1, gravity=0.95 * limit)
+    bench.sync()
+    bench.setpoint(extras=BIAS_BELONGS)
+    answers = bench.measure() + bench.other_errors()
+    answers += bench.say(Bias, None, *(0.2 * limit,) * 6, bench.cycle & 0xFF)
+    (dac,) = bench.dacs(answers)
+    total = dac.current_dac * second.scale + dac.force_dac * fine
+    assert total == pytest.approx(limit, abs=abs(second.scale))
+
+
+# --- COMPLY ------------------------------------------------------------------------------------
+
+
+def test_comply_displaces_the_set_point_and_not_its_acceleration(second: Injector) -> None:
+    bench = second.bench
+    bench.rows(1, selection=1)
+    for cycle in range(3):
+        bench.sync()
+        bench.setpoint(extras=COMPLY_BELONGS)
+        waiting = bench.measure()
+        assert not bench.errors(waiting)
+        by = 1e-3 * (cycle + 1)
+        (error,) = bench.errors(
+            bench.say(Comply, None, 0.5, by, 0.5, 0.5, 0.5, 0.5, bench.cycle & 0xFF)
+        )
+        bench.other_errors()
+        assert error.error == pytest.approx(by, abs=1e-4)
+        assert error.error_rate == pytest.approx(0.0, abs=1e-6)  # nor its rate, while it complies
+        assert error.acceleration == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_rigid_joint_is_told_how_fast_the_displacement_fades(second: Injector) -> None:
+    bench = second.bench
+    bench.rows(1)
+    rates = []
+    for by in (1e-3, 0.9e-3, 0.8e-3):
+        bench.sync()
+        bench.setpoint(extras=COMPLY_BELONGS)
+        bench.measure()
+        answers = bench.say(Comply, None, *(by,) * 6, bench.cycle & 0xFF)
+        rates.append(bench.errors(answers)[0].error_rate)
+        bench.other_errors()
+    assert rates[1:] == pytest.approx([-0.1e-3 / 0.004] * 2, rel=1e-3)
 
 
 def test_bias_does_not_outlive_the_run_it_was_for(second: Injector) -> None:
     bench = second.bench
-    bench.say(Bias, None, *(0.7,) * 6, 0)
+    bench.sync()
+    bench.setpoint(extras=BIAS_BELONGS)
+    bench.measure()
+    bench.other_errors()
+    bench.say(Bias, None, *(0.7,) * 6, bench.cycle & 0xFF)
     bench.command(Command.STOP)
     bench.start()
     assert _gravity_in_dac(second, bench.row_set) == pytest.approx(0.0, abs=0.01)

@@ -154,13 +154,13 @@ def test_a_joint_searches_slowly_towards_the_middle_and_then_holds(name: str, pa
     p = PARAMETERS[name][joint]
     power_up = angle_at(arm, joint, part)
     bench, encoder = Bench(arm, joint, power_up), EncoderReference(p)
-    servo = Servo({**p, Parameter.KI: 0.0})
+    servo = Servo({**p, Parameter.KI: 0.0}, joint)
     homing = Homing(p, encoder, servo)
     q, path = power_up, [power_up]
     while homing.found is None:
         torque = homing.step(*bench.frames(q), 0.0, 0.0)
         wanted = p[Parameter.HOMING_SPEED] if part < 0.5 else -p[Parameter.HOMING_SPEED]
-        friction = servo.friction(wanted)
+        friction = servo.friction.rigid(wanted)
         if homing.found is None:
             q += (torque - friction - p[Parameter.KD] * wanted) / p[Parameter.KP]
             path.append(q)

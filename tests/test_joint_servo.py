@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rfms_can.arm import ARMS, Arm
-from rfms_can.joint_nodes.servo import REVERSAL_S, Servo
+from rfms_can.joint_nodes.compliance import RowSets
+from rfms_can.joint_nodes.friction import REVERSAL_S
+from rfms_can.joint_nodes.servo import Servo
 from rfms_can.joint_nodes.stop_ramp import StopRamp
 from rfms_can.master.start_up.node_parameters import joint_parameters
 from rfms_can.wire import JOINTS
@@ -32,7 +34,7 @@ UNIT = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def servo_with(**values: float) -> Servo:
-    return Servo({**BARE, **{Parameter[name]: value for name, value in values.items()}})
+    return Servo({**BARE, **{Parameter[name]: value for name, value in values.items()}}, 2)
 
 
 def torque(
@@ -46,7 +48,9 @@ def torque(
     law: Law = Law.PID,
     feedforward: float = 0.0,
 ) -> float:
-    return servo.torque(e, v, a, c, mc, law, feedforward)
+    rows = RowSets(2)
+    rows.first, rows.second, rows.law = tuple(c), tuple(mc), law
+    return servo.torque(e, v, a, rows, feedforward)
 
 
 def own(value: float) -> tuple[float, ...]:
@@ -103,7 +107,7 @@ def test_feedforward_is_added_as_it_is() -> None:
 
 
 def test_weighted_law_needs_no_gains_of_its_own() -> None:
-    servo = servo_with(NATURAL_FREQUENCY=30.0, DAMPING_RATIO=0.7, KP=99.0, KD=99.0, KI=99.0)
+    servo = servo_with(NATURAL_FREQUENCY=30.0, DAMPING_RATIO=0.7, KP=99.0, KD=99.0)
     row = (0.05, 0.9, 0.2, 0.0, 0.1, 0.0)
     e, v = (0.01, 0.02, 0.0, 0.1, -0.01, 0.0), (0.1, 0.0, -0.2, 0.0, 0.0, 0.3)
     wanted = sum(
@@ -189,29 +193,29 @@ FRICTION = {"COULOMB_POSITIVE": 2.0, "COULOMB_NEGATIVE": 3.0, "VISCOUS": 0.5}
 
 def test_friction_is_signed_by_the_desired_velocity() -> None:
     servo = servo_with(**FRICTION)
-    assert servo.friction(1.0) == pytest.approx(2.5)
-    assert servo.friction(-1.0) == pytest.approx(-3.5)
+    assert servo.friction.rigid(1.0) == pytest.approx(2.5)
+    assert servo.friction.rigid(-1.0) == pytest.approx(-3.5)
 
 
 def test_friction_at_rest_stays_as_the_last_motion_left_it() -> None:
     servo = servo_with(**FRICTION)
-    assert servo.friction(0.0) == 0.0  # after enabling nobody knows
-    servo.friction(0.4)
-    assert servo.friction(0.0) == 2.0
-    assert servo.friction(-0.0009) == pytest.approx(2.0 - 0.5 * 0.0009)  # counts as rest
-    servo.friction(-0.4)
-    assert servo.friction(0.0009) == pytest.approx(-3.0 + 0.5 * 0.0009)
+    assert servo.friction.rigid(0.0) == 0.0  # after enabling nobody knows
+    servo.friction.rigid(0.4)
+    assert servo.friction.rigid(0.0) == 2.0
+    assert servo.friction.rigid(-0.0009) == pytest.approx(2.0 - 0.5 * 0.0009)  # counts as rest
+    servo.friction.rigid(-0.4)
+    assert servo.friction.rigid(0.0009) == pytest.approx(-3.0 + 0.5 * 0.0009)
 
 
 def test_friction_of_a_resting_joint_turns_to_its_error_before_the_integral_winds() -> None:
     servo = servo_with(**FRICTION, KI=100.0, INTEGRAL_DEADBAND=1e-4)
-    servo.friction(1.0)
+    servo.friction.rigid(1.0)
     codes = []
     for _ in range(math.ceil(REVERSAL_S / T)):
-        codes.append(servo.friction(0.0))
+        codes.append(servo.friction.rigid(0.0))
         servo.alone(-1e-3, 0.0, 0.0)
     assert codes == sorted(codes, reverse=True)
-    assert servo.friction(0.0) == pytest.approx(-3.0)
+    assert servo.friction.rigid(0.0) == pytest.approx(-3.0)
     assert servo.integral == 0.0
     servo.alone(-1e-3, 0.0, 0.0)
     assert servo.integral == pytest.approx(-100.0 * 1e-3 * T)
@@ -219,9 +223,9 @@ def test_friction_of_a_resting_joint_turns_to_its_error_before_the_integral_wind
 
 def test_friction_of_a_moving_joint_does_not_turn() -> None:
     servo = servo_with(**FRICTION, KI=100.0)
-    servo.friction(1.0)
+    servo.friction.rigid(1.0)
     servo.alone(-1e-3, 0.0, 0.0)
-    assert servo.friction(0.0) == 2.0
+    assert servo.friction.rigid(0.0) == 2.0
     assert servo.integral < 0.0
 
 
@@ -239,7 +243,7 @@ def test_torque_never_exceeds_the_limit(error: float, feedforward: float) -> Non
 @pytest.mark.parametrize("arm", ARMS.values(), ids=lambda arm: arm.name)
 @pytest.mark.parametrize("joint", JOINTS)
 def test_codes_are_the_boards_torques_rounded(arm: Arm, joint: int) -> None:
-    servo = Servo(joint_parameters(arm, "corke", T)[joint])
+    servo = Servo(joint_parameters(arm, "corke", T)[joint], joint)
     scale = arm.board_scale(joint - 1).torque_per_dac_code
     assert scale * arm.drives[joint - 1].gear_ratio > 0.0  # signed like the gear
     for code in (-2048, -2047, -1, 0, 1, 2046, 2047):

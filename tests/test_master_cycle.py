@@ -6,10 +6,12 @@ from node_bench import PERIOD_NS
 from nodes_rig import Fleet
 
 from rfms_can.arm import PUMA_260
+from rfms_can.compliance import ControlLaw, Selection, compliance_jacobian
 from rfms_can.dynamics import ArmDynamics
 from rfms_can.errors import MoveError, ProgramError
 from rfms_can.kinematics import direct
-from rfms_can.master.math_processor import MathProcessor
+from rfms_can.master.force.specification import Compliance
+from rfms_can.master.math_processor import COMPLIANT_DAMPING, MathProcessor
 from rfms_can.master.phases import Phase
 from rfms_can.messages import (
     GripperRequest,
@@ -70,7 +72,7 @@ def test_counters_and_cycles_begin_anew_at_start(wire: Wire) -> None:
 def test_rows_are_the_models_at_the_measured_angles(fleet: Fleet) -> None:
     fleet.ask_to_move((0.2, 0.1, -0.2, 0.1, 0.1, 0.2))
     fleet.run(80)
-    dynamics, identity = ArmDynamics(PUMA_260), np.eye(6)
+    dynamics = ArmDynamics(PUMA_260)
     for _ in range(5):
         first = len(fleet.pump.sent)
         fleet.run(1)
@@ -82,25 +84,30 @@ def test_rows_are_the_models_at_the_measured_angles(fleet: Fleet) -> None:
         dynamics.update(q)
         for joint in JOINTS:
             (rows,) = fleet.said(f"ROWS_{joint}", first)
-            assert rows[:6] == tuple(identity[joint - 1])
-            assert rows[6:12] == pytest.approx(dynamics.M[joint - 1], rel=1e-5, abs=1e-7)
+            assert rows[:6] == pytest.approx(dynamics.M[joint - 1], rel=1e-5, abs=1e-7)
+            assert rows[6:12] == rows[:6]  # nothing complies
             assert rows.gravity == pytest.approx(dynamics.g[joint - 1], rel=1e-5, abs=1e-6)
-            assert rows.law == Law.PID
+            assert rows.law == Law.WEIGHTED
 
 
 def test_weighted_rows_are_the_inertia_times_the_compliance() -> None:
-    math_processor = MathProcessor(PUMA_260)
-    rng = np.random.default_rng(3)
-    compliance = rng.uniform(-1.0, 1.0, (6, 6))
-    math_processor.compliance = tuple(tuple(row) for row in compliance.tolist())
-    math_processor.law = Law.WEIGHTED
-    q = rng.uniform(-1.0, 1.0, 6).tolist()
-    number, rows = math_processor.rows(q)
-    weighted = ArmDynamics(PUMA_260).inertia_matrix(q) @ compliance
-    for i, row in enumerate(rows):
-        assert row[:6] == pytest.approx(compliance[i])
-        assert row[6:12] == pytest.approx(weighted[i])
-        assert row[13:] == (number, Law.WEIGHTED)
+    q = (0.3, 1.2, -2.9, 0.4, -0.9, 0.2)
+    selection, frame = Selection.parse("fx rz"), Transform.translation(0.0, 0.0, 0.1)
+    dynamics = ArmDynamics(PUMA_260)
+    dynamics.update(q)
+    J = compliance_jacobian(dynamics.J, frame)
+    C = np.linalg.solve(J, np.where(selection.mask[:, np.newaxis], 0.0, J))
+    for law, first, second, wire in (
+        (ControlLaw.WEIGHTED, dynamics.M, dynamics.M @ C, Law.WEIGHTED),
+        (ControlLaw.HYBRID, C, dynamics.M, Law.PID),
+    ):
+        math_processor = MathProcessor(PUMA_260, law)
+        math_processor.compliance = Compliance().changed(selection, frame)
+        number, rows = math_processor.rows(q)
+        for i, row in enumerate(rows):
+            assert row[:6] == pytest.approx(first[i], abs=1e-9)
+            assert row[6:12] == pytest.approx(second[i], abs=1e-9)
+            assert row[13:] == (number, wire, COMPLIANT_DAMPING, 0b100001, 1)
 
 
 def test_sync_names_the_set_that_went_out_in_the_cycle_before(fleet: Fleet) -> None:

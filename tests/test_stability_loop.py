@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rfms_can.analysis.stability import (
     Analyst,
-    Law,
+    ControlLaw,
     Loop,
     Study,
     Verdict,
@@ -72,14 +72,14 @@ def test_weighted_poles_depend_on_nothing(
 def test_without_damping_compliant_directions_drift() -> None:
     """The thesis calls it stable in the sense of Lyapunov; 0.01 rad/s is 0.1 rad after 10 s."""
     q = PUMA_560.park
-    bare = Analyst(study(law=Law.WEIGHTED)).analyse(q)
-    braked = Analyst(study(law=Law.WEIGHTED, compliant_rate=5.0)).analyse(q)
-    rubbed = Analyst(study(law=Law.WEIGHTED, friction="corke")).analyse(q)
+    bare = Analyst(study(law=ControlLaw.WEIGHTED)).analyse(q)
+    braked = Analyst(study(law=ControlLaw.WEIGHTED, compliant_rate=5.0)).analyse(q)
+    rubbed = Analyst(study(law=ControlLaw.WEIGHTED, friction="corke")).analyse(q)
     assert bare.verdict is Verdict.DRIFTS
     assert np.count_nonzero(bare.poles == 0.0) == 2 * PEG.size
     assert braked.verdict is rubbed.verdict is Verdict.STABLE
     assert np.count_nonzero(braked.poles == 0.0) == PEG.size
-    loop = Analyst(study(law=Law.WEIGHTED)).loop(q)
+    loop = Analyst(study(law=ControlLaw.WEIGHTED)).loop(q)
     _, free = loop.bases
     pushed = np.concatenate([np.zeros(6), 0.01 * free[:, 0]])
     after = matrix_exponential(state_matrix(loop) * 10.0) @ pushed
@@ -88,7 +88,8 @@ def test_without_damping_compliant_directions_drift() -> None:
 
 def test_position_control_is_each_joint_alone() -> None:
     """(5.25) with the thesis' plant: all poles at -wn, word or not."""
-    analysis = Analyst(study(law=Law.POSITION, diagonal=True, natural=MIXED)).analyse(PUMA_560.park)
+    asked = study(law=ControlLaw.POSITION, diagonal=True, natural=MIXED)
+    analysis = Analyst(asked).analyse(PUMA_560.park)
     np.testing.assert_allclose(analysis.poles.real, np.repeat([-40.0, -10.0], 6), atol=1e-3)
     assert analysis.verdict is Verdict.STABLE
 
@@ -98,7 +99,7 @@ def test_mixed_gains_and_a_tool_are_unstable_similar_ones_are_not() -> None:
     unstable = Analyst(study(selection=free, natural=MIXED)).analyse(q)
     assert unstable.verdict is Verdict.UNSTABLE
     assert not unstable.sampled_stable
-    weighted = Analyst(study(selection=free, law=Law.WEIGHTED)).analyse(q)
+    weighted = Analyst(study(selection=free, law=ControlLaw.WEIGHTED)).analyse(q)
     assert weighted.verdict is Verdict.DRIFTS
     assert weighted.sampled_stable
     at_the_wrist = study(selection=free, natural=MIXED, frame=Transform.identity(), diagonal=True)
@@ -163,9 +164,9 @@ def fine_simulation(loop: Loop, period: float, start: Matrix, cycles: int) -> Ma
     return np.array(seen)
 
 
-@pytest.mark.parametrize("law", [Law.HYBRID, Law.WEIGHTED, Law.STIFFNESS])
+@pytest.mark.parametrize("law", [ControlLaw.HYBRID, ControlLaw.WEIGHTED, ControlLaw.STIFFNESS])
 @pytest.mark.parametrize("friction", ["none", "corke"])
-def test_the_sampled_model_is_the_simulated_loop(law: Law, friction: str) -> None:
+def test_the_sampled_model_is_the_simulated_loop(law: ControlLaw, friction: str) -> None:
     loop = Analyst(study(law=law, friction=friction, compliant_rate=3.0)).loop(PUMA_560.park)
     start = np.array([0.01, -0.02, 0.015, 0.02, -0.01, 0.005, *[0.0] * 6])
     simulated = fine_simulation(loop, 0.004, start, 50)
@@ -194,7 +195,7 @@ def test_the_bound_of_the_sampled_loop_is_where_a_simulation_begins_to_grow() ->
 
 def test_the_weighted_law_is_bounded_like_a_joint_alone_anywhere() -> None:
     for q in (PUMA_560.park, (0.3, 0.4, -2.0, 0.2, 0.9, 0.1)):
-        analyst = Analyst(study(law=Law.WEIGHTED))
+        analyst = Analyst(study(law=ControlLaw.WEIGHTED))
         margin = gain_margin(analyst.loop(q), 0.004) * float(analyst.natural[0])
         assert margin == pytest.approx(largest_frequency(0.004), rel=1e-3)
     assert largest_frequency(0.004) == pytest.approx(106.54, abs=0.01)
@@ -203,20 +204,20 @@ def test_the_weighted_law_is_bounded_like_a_joint_alone_anywhere() -> None:
 
 def test_the_nodes_own_gains_have_margin() -> None:
     """Natural frequency 30 rad/s at 250 Hz: three and a half times is the end."""
-    analysis = Analyst(study(law=Law.WEIGHTED)).analyse(PUMA_560.park, margin=True)
+    analysis = Analyst(study(law=ControlLaw.WEIGHTED)).analyse(PUMA_560.park, margin=True)
     assert analysis.margin == pytest.approx(3.55, abs=0.01)
     assert is_stable(analysis.sampled)
-    fast = Analyst(study(law=Law.WEIGHTED, natural=(110.0,) * 6)).analyse(PUMA_560.park)
+    fast = Analyst(study(law=ControlLaw.WEIGHTED, natural=(110.0,) * 6)).analyse(PUMA_560.park)
     assert not fast.sampled_stable
     assert fast.verdict is Verdict.DRIFTS  # the continuous model knows nothing of it
 
 
-@pytest.mark.parametrize("law", list(Law))
-def test_every_law_has_twelve_and_eighteen_poles(law: Law) -> None:
+@pytest.mark.parametrize("law", list(ControlLaw))
+def test_every_law_has_twelve_and_eighteen_poles(law: ControlLaw) -> None:
     analysis = Analyst(study(law=law)).analyse(PUMA_560.park)
     assert analysis.poles.shape == (12,)
     assert analysis.sampled.shape == (18,)
-    expected = 0 if law is Law.POSITION else PEG.size
+    expected = 0 if law is ControlLaw.POSITION else PEG.size
     assert np.count_nonzero(analysis.poles == 0.0) >= expected
 
 
@@ -225,7 +226,7 @@ def test_every_law_has_twelve_and_eighteen_poles(law: Law) -> None:
     [
         ({"natural": (1.0, 2.0)}, "give six"),
         ({"natural": (0.0,) * 6}, "above 0"),
-        ({"natural": MIXED, "law": Law.WEIGHTED}, "one natural frequency"),
+        ({"natural": MIXED, "law": ControlLaw.WEIGHTED}, "one natural frequency"),
         ({"rate_hz": 0.0}, "rate 0 is not in"),
         ({"damping_ratio": float("nan")}, "damping ratio nan"),
         ({"compliant_rate": -1.0}, "compliant damping -1"),

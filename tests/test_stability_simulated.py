@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rfms_can.analysis.stability import Analyst, Law, Study, Verdict
+from rfms_can.analysis.stability import Analyst, ControlLaw, Study, Verdict
 from rfms_can.arm import PUMA_560, friction_set
 from rfms_can.compliance import Selection
 from rfms_can.plant.arm_model import ArmModel
@@ -54,7 +54,7 @@ def disturbed(analyst: Analyst, q: Pose, cycles: int) -> Array:
 
 @pytest.mark.parametrize("q", POSES)
 def test_what_is_called_unstable_grows_as_fast_as_said(q: Pose) -> None:
-    study = Study(PUMA_560, ROTATIONS, TOOL, Law.HYBRID, natural=MIXED, compliant_rate=5.0)
+    study = Study(PUMA_560, ROTATIONS, TOOL, ControlLaw.HYBRID, natural=MIXED, compliant_rate=5.0)
     analyst = Analyst(study)
     analysis = analyst.analyse(q)
     assert analysis.verdict is Verdict.UNSTABLE
@@ -71,7 +71,7 @@ def test_what_is_called_unstable_grows_as_fast_as_said(q: Pose) -> None:
 @pytest.mark.parametrize("selection", [ROTATIONS, PEG])
 def test_what_is_called_stable_comes_to_rest(q: Pose, selection: Selection) -> None:
     """The same poses and frame under the law weighted by inertia."""
-    study = Study(PUMA_560, selection, TOOL, Law.WEIGHTED, compliant_rate=5.0)
+    study = Study(PUMA_560, selection, TOOL, ControlLaw.WEIGHTED, compliant_rate=5.0)
     analyst = Analyst(study)
     analysis = analyst.analyse(q)
     assert analysis.verdict is Verdict.STABLE

@@ -130,8 +130,9 @@ def test_the_tool_runs_straight_and_the_compliance_frame_keeps_its_place(drawn: 
     tool = drawn.product(tools, np.eye(4))
     assert as_matrix(position.goal.right(here)) @ tool == pytest.approx(np.eye(4), abs=1e-12)
 
-    t6 = as_matrix(position.goal.pose(here))
-    base = t6 @ as_matrix(position.compliance_frame(here))
+    pose = position.goal.pose(here)
+    t6 = as_matrix(pose)
+    base = t6 @ as_matrix(position.compliance_frame(here, pose))
     expected = t6 @ tool
     if message.compliance is not None:
         side = own if message.compliance in own else other

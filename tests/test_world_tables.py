@@ -92,7 +92,7 @@ def test_a_function_that_is_redefined_acts_on_moves_asked_for_later(world: World
     here = Moment(0, 0.5, 0.25)
     assert promised.pose(here) == pytest.approx(Transform.translation(0.3, 0.0, 0.5))
     assert position.goal.pose(here) == pytest.approx(Transform.translation(0.4, 0.25, 0.0))
-    assert position.compliance_frame(here) == Transform.identity()
+    assert position.compliance_frame(here, Transform.identity()) == Transform.identity()
 
 
 def test_names_are_listed_by_kind(world: WorldModel) -> None:

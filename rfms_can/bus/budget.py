@@ -1,8 +1,8 @@
 """The bus budget of the wire contract: what the DBC's frames cost at a control rate.
 
 A usual cycle holds the cyclic frames, with heartbeats and the gripper's command at their share; a
-full one holds the second pose, bias and force frames as well. Event frames (start-up, homing,
-configuration, emergencies) count as blocking only.
+full one holds the second pose and what compliance needs (COMPLY, BIAS, FORCE) as well. Event
+frames (start-up, homing, configuration, emergencies) count as blocking only.
 
 The bounds run from a frame's hand-over. A frame that answers another is handed over later than
 the cycle's start, but as long as all frames of a cycle fit into it (``cycle_ns`` below the
@@ -25,7 +25,7 @@ from rfms_can.errors import BusError
 TARGET_LOAD: Final = 0.8
 """Load up to which a bus is planned; the rest is for retransmissions and events."""
 
-OCCASIONAL: Final = frozenset({"SETPOINT_2", "BIAS", "FORCE"})
+OCCASIONAL: Final = frozenset({"SETPOINT_2", "COMPLY", "BIAS", "FORCE"})
 """Frames that a cycle in operation holds only when the motion or the tool needs them."""
 
 PLANT: Final = "PLANT"

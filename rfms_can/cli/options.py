@@ -61,6 +61,23 @@ RecordOption = Annotated[
     Path | None, typer.Option("--record", help="directory for log, settings and summary")
 ]
 
+LawOption = Annotated[
+    str | None,
+    typer.Option(
+        "--law",
+        help="how it complies: position | stiffness | free-joint | raibert-craig | hybrid | "
+        "weighted",
+    ),
+]
+ForceLoopOption = Annotated[
+    str | None,
+    typer.Option("--force-loop", help="open | closed over the sensor; closed if there is one"),
+]
+DitherOption = Annotated[
+    float | None,
+    typer.Option("--dither", help="part of the friction complying joints dither with at rest"),
+]
+
 SETTINGS: Final[dict[str, Any]] = {
     "arm": ArmOption,
     "bus": BusOption,
@@ -74,6 +91,9 @@ SETTINGS: Final[dict[str, Any]] = {
     "seed": SeedOption,
     "scene": SceneOption,
     "sensor": SensorOption,
+    "law": LawOption,
+    "force_loop": ForceLoopOption,
+    "dither": DitherOption,
 }
 """The flag of each setting."""
 

@@ -14,8 +14,8 @@ from rich.progress import Progress
 
 from rfms_can.analysis.stability import (
     Analyst,
+    ControlLaw,
     Grid,
-    Law,
     Study,
     Survey,
     grid_poses,
@@ -41,7 +41,7 @@ def stability(
         str,
         typer.Option(help="compliance frame in T6: z, or x,y,z, or x,y,z,phi,theta,psi (m, rad)"),
     ] = "0",
-    law: Annotated[Law, typer.Option(help="the control law")] = Law.HYBRID,
+    law: Annotated[ControlLaw, typer.Option(help="the control law")] = ControlLaw.HYBRID,
     pose: Annotated[
         str, typer.Option(help="six joint angles, rad, by commas; the park pose if absent")
     ] = "",
@@ -137,8 +137,10 @@ def _grid(study: Study, grid: Grid, plot: Path | None, as_json: bool) -> Survey:
         from rfms_can.analysis.stability.stability_map import draw_stability_map
 
         # one frequency for all: the weighted law has no other
-        beside = dataclasses.replace(study, law=Law.WEIGHTED, natural=(), scheduled=0.0)
-        laws = [found] if study.law is Law.WEIGHTED else [found, _survey(beside, grid.poses, True)]
+        beside = dataclasses.replace(study, law=ControlLaw.WEIGHTED, natural=(), scheduled=0.0)
+        laws = [found]
+        if study.law is not ControlLaw.WEIGHTED:
+            laws.append(_survey(beside, grid.poses, True))
         written = draw_stability_map(grid, laws, plot)
         if not as_json:
             typer.echo(written)

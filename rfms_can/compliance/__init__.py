@@ -6,6 +6,7 @@ Mathematics alone, shared by the master, which sends the rows, and the stability
 from rfms_can.compliance.cartesian import cartesian_error, cartesian_part
 from rfms_can.compliance.frame import compliance_jacobian
 from rfms_can.compliance.laws import (
+    ControlLaw,
     LawRows,
     free_damping,
     free_joint_rows,
@@ -36,6 +37,7 @@ __all__ = [
     "COUPLING_LIMIT",
     "DIRECTIONS",
     "Conflict",
+    "ControlLaw",
     "LawRows",
     "Matching",
     "Projection",

@@ -1,8 +1,8 @@
 """Control laws as rows: what each joint node gets of them, two rows of six for each joint.
 
 The servo multiplies its row of ``errors`` with the six joint errors and with their rates, and what
-comes out with its own K_p and K_d; its row of ``weighted`` with the desired accelerations, and in
-the inertia-weighted law, tau = M C (wn^2 e + 2 zeta wn e_dot), with errors and rates too. All laws
+comes out with its own K_p and K_d. In the inertia-weighted law, tau = M C (wn^2 e + 2 zeta wn
+e_dot), it multiplies its row of ``weighted`` with them, and needs no gains of its own. All laws
 travel in the same frames and differ in these numbers alone.
 
 ===============  =====================================================  ==========================
@@ -20,6 +20,7 @@ rows: ``cartesian.py``.
 """
 
 from collections.abc import Sequence
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,23 @@ from rfms_can.compliance.selection import Selection
 Matrix = npt.NDArray[np.float64]
 
 _NO_ROWS = np.zeros((0, 6))
+
+
+class ControlLaw(StrEnum):
+    """How an arm complies: a law, with the torque the nodes make of its rows."""
+
+    POSITION = "position"
+    """PID, every joint its own error: nothing complies."""
+    STIFFNESS = "stiffness"
+    """Salisbury: J^T K J e (5.6), its damping in proportion."""
+    FREE_JOINT = "free-joint"
+    """Paul and Shimano: PID; joints matched to the compliant directions are free."""
+    RAIBERT_CRAIG = "raibert-craig"
+    """Hybrid control with the error computed between poses (5.7, 5.8)."""
+    HYBRID = "hybrid"
+    """The thesis' modified hybrid control: PID on C e (5.10)."""
+    WEIGHTED = "weighted"
+    """The same, weighted by the inertia matrix: M (wn^2 C e + 2 zeta wn C e_dot)."""
 
 
 class LawRows(NamedTuple):

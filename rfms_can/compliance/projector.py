@@ -114,6 +114,9 @@ def tame_projector(
     Returns:
         None where a coupling may be beyond it, or J cannot be inverted.
     """
+    none = np.zeros((0, 6))
+    if not compliant.any():
+        return Projection(np.eye(6), (), none, none)  # exactly, however near a singularity
     try:
         solved = np.linalg.solve(J, np.where(compliant[:, np.newaxis], 0.0, J))
     except np.linalg.LinAlgError:
@@ -122,7 +125,6 @@ def tame_projector(
     root = np.linalg.cholesky(inertia)
     unit = np.linalg.solve(root, (root.T @ matrix).T)
     excess = float((unit * unit).sum()) - float(6 - compliant.sum())
-    none = np.zeros((0, 6))
     return Projection(matrix, (), none, none) if excess <= limit * limit else None
 
 

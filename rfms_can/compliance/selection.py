@@ -13,6 +13,10 @@ DIRECTIONS: Final = ("fx", "fy", "fz", "rx", "ry", "rz")
 """Words of the six directions of the compliance frame: along and about its axes."""
 
 
+Bias = tuple[float, float, float, float, float, float]
+"""Forces and moments, N and N m, in the order of ``DIRECTIONS``."""
+
+
 class SelectionError(ProgramError, ValueError):
     """A word that names no direction, names one twice, or locks what does not comply."""
 
@@ -88,7 +92,7 @@ class Selection(NamedTuple):
         return Selection.of(a and not b for a, b in zip(self, other, strict=True))
 
 
-def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, tuple[float, ...]]:
+def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, Bias]:
     """What ``comply`` asks: directions, and the bias force or moment along each.
 
     Args:
@@ -111,4 +115,5 @@ def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, tuple[flo
         if not math.isfinite(value):
             raise SelectionError(f"comply {word!r}: the bias of {name} is {value}; give N or N m")
     bias = dict(zip(names, values, strict=True))
-    return selection, tuple(bias.get(name, 0.0) for name in DIRECTIONS)
+    x, y, z, rx, ry, rz = (bias.get(name, 0.0) for name in DIRECTIONS)
+    return selection, (x, y, z, rx, ry, rz)

@@ -18,7 +18,13 @@ from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper
 from rfms_can.coordinator.link import AsyncLink
 from rfms_can.coordinator.view import ArmView
-from rfms_can.messages import AnyFunction, PauseRequest, ResumeRequest, StopRequest
+from rfms_can.messages import (
+    AnyFunction,
+    PauseRequest,
+    ResumeRequest,
+    StopRequest,
+    TareRequest,
+)
 from rfms_can.transform import Transform
 
 
@@ -123,6 +129,11 @@ class AsyncArm(ArmView):
     async def comply(self, word: str, *values: float) -> None:
         """See :meth:`Arm.comply`."""
         await self._link.request(definitions.comply(word, values))
+
+    async def tare(self) -> None:
+        """See :meth:`Arm.tare`."""
+        await self._link.request(TareRequest())
+        await self.sleep(definitions.TARE_S)
 
     async def lock(self, word: str) -> None:
         """See :meth:`Arm.lock`."""

@@ -20,12 +20,18 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import IDENTITY, ModeSettings, Predict
+from rfms_can.coordinator.definitions import IDENTITY, TARE_S, ModeSettings, Predict
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
 from rfms_can.coordinator.view import ArmView
-from rfms_can.messages import AnyFunction, PauseRequest, ResumeRequest, StopRequest
+from rfms_can.messages import (
+    AnyFunction,
+    PauseRequest,
+    ResumeRequest,
+    StopRequest,
+    TareRequest,
+)
 from rfms_can.transform import Transform
 
 
@@ -193,12 +199,23 @@ class Arm(ArmView):
         self._link.request(definitions.comply(word, values))
 
     def lock(self, word: str) -> None:
-        """Comply no more in some directions.
+        """Comply no more in some directions, from the next move on.
+
+        The arm stays where it was let go until a rigid move takes it from there to its goal.
 
         Raises:
             SelectionError: a word that is no direction or comes twice, or does not comply.
         """
         self._link.request(definitions.lock(word))
+
+    def tare(self) -> None:
+        """Take what the wrist sensor reads now, touching nothing, for its bias; waits for it.
+
+        Raises:
+            ProgramError: there is no sensor, or the arm moves.
+        """
+        self._link.request(TareRequest())
+        self.sleep(TARE_S)
 
     def release(self) -> None:
         """Open the gripper, as RCCL's programs say it."""

@@ -36,6 +36,8 @@ from rfms_can.messages import (
 from rfms_can.transform import Transform
 
 IDENTITY: Final = Transform.identity()
+TARE_S: Final = 0.6
+"""How long a tare takes at most, s."""
 Predict = Literal["hold", "velocity"]
 Checked = TypeVar("Checked", bound=Message)
 
@@ -58,6 +60,15 @@ class ModeSettings(TypedDict, total=False):
         acceleration, angular_acceleration: what correcting a reference transform may add to the
             tool's motion, m/s2 and rad/s2; 1 and 5 if not given.
         config: e.g. ``"left up noflip"``, instead of the position's.
+        comply: what complies, and the bias force or moment along each direction, N or N m, e.g.
+            ``{"fx": 0.0, "fz": 20.0}``; what :meth:`Arm.comply` has asked for if not given. What
+            it exerts on what the tool touches is positive.
+        stop_on_force: e.g. ``{"fz": 15.0}``: the move is stopped where the force along a direction
+            of the compliance frame reaches this, N or N m, in either sense.
+        stop_on_distance: e.g. ``{"dz": 0.04}``: where the compliance frame has gone so far since
+            the move took over, m or rad.
+        mass, mass_centre: what the hand holds from this move on, kg, and its centre of mass in T6,
+            m; what it held before if not given.
     """
 
     acceleration_time: Required[float]
@@ -71,6 +82,11 @@ class ModeSettings(TypedDict, total=False):
     acceleration: float
     angular_acceleration: float
     config: str | None
+    comply: dict[str, float]
+    stop_on_force: dict[str, float]
+    stop_on_distance: dict[str, float]
+    mass: float
+    mass_centre: tuple[float, float, float]
 
 
 def value(name: str, pose: Transform) -> TransformMessage:

@@ -49,6 +49,24 @@ class ArmView:
         """Measured T6."""
         return Transform(*self.status.t6)
 
+    @property
+    def force(self) -> tuple[float, ...]:
+        """What the hand does to the world, in the compliance frame, N and N m (6).
+
+        Read from the wrist sensor; without one guessed from the motors, in guarded moves only.
+        """
+        return self.status.force
+
+    @property
+    def complied(self) -> tuple[float, ...]:
+        """How far compliance has let the compliance frame go, m and rad along its axes (6)."""
+        return self.status.complied
+
+    @property
+    def guard(self) -> str | None:
+        """Why the last guarded move was stopped before its goal; None if it was not."""
+        return self.status.guard
+
     def plan(self, sequence: int) -> MovePlan:
         """How the server makes a move: its time, and how near it comes to the goal before it.
 

@@ -30,7 +30,10 @@ _POSITIVE: Final = (
     *(Parameter.PERIOD, Parameter.TORQUE_LIMIT, Parameter.SPEED_LIMIT),
     Parameter.ACCELERATION_LIMIT,
 )
-_DIVISORS: Final = (Parameter.TORQUE_PER_CODE, Parameter.COUNTS_PER_UNIT)
+_DIVISORS: Final = (
+    *(Parameter.TORQUE_PER_CODE, Parameter.TORQUE_PER_FORCE_CODE),
+    Parameter.COUNTS_PER_UNIT,
+)
 """Negative where the motor turns against the joint."""
 
 
@@ -87,7 +90,7 @@ class Axis(FieldNode):
             return False
         if p[Parameter.INDEX_INTERVAL_COUNTS] < 1.0:
             return False
-        self._servo = Servo(p)
+        self._servo = Servo(p, self.number)
         self._encoder = EncoderReference(p)
         self._homing = Homing(p, self._encoder, self._servo)
         self._theta_step = STEP_MARGIN * p[Parameter.SPEED_LIMIT] * p[Parameter.PERIOD]
@@ -167,11 +170,14 @@ class Axis(FieldNode):
 
     # --- torque -------------------------------------------------------------------------------
 
-    def _drive(self, torque: float) -> None:
-        """Torque to current to DAC code."""
-        self.torque = torque
+    def _drive(self, torque: float, bias: float = 0.0) -> None:
+        """Torques to DAC codes: the servo's is a motor current, the bias a force set-point."""
+        servo = self._servo
+        self.torque = torque + bias
         self._driven = True
-        self._out.append(self._dac.frame(self._servo.code(torque), 0, self._sampled_in))
+        self._out.append(
+            self._dac.frame(servo.code(torque), servo.force_code(bias), self._sampled_in)
+        )
 
     def _on_reference(self, reference: Reference) -> None:
         """Homing, while the bus homes: find the index, then hold there."""
@@ -204,8 +210,8 @@ class Axis(FieldNode):
                 ramp.position - self.theta,
                 ramp.speed - self.speed,
                 self.rows.gravity
-                + self._servo.friction(ramp.speed)
-                + self.rows.weighted[self._index] * ramp.acceleration,
+                + self._servo.friction.rigid(ramp.speed)
+                + self.rows.inertia * ramp.acceleration,
             )
         )
 

@@ -56,5 +56,5 @@ class Homing:
             below = encoder.coarse_angle(reference.coarse_adc) < self._middle
             rate = self._speed if below else -self._speed
             self._target += rate * self._period
-        feedforward = gravity + self._servo.friction(rate)
+        feedforward = gravity + self._servo.friction.rigid(rate)
         return self._servo.alone(self._target - angle, rate - speed, feedforward)

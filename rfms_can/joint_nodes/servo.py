@@ -1,19 +1,23 @@
 """The joint servo: from errors to torque (Eq. 5.11 as corrected) to DAC codes.
 
 Corrected against the listing of Appendix C: the integral is of the *real* error, with dead band
-and anti-windup; the derivative is one; inertia is weighted row times desired accelerations, in
-SI; friction is signed by the desired velocity; the bias torque is in the sum.
+and anti-windup; the derivative is one; inertia is a row times desired accelerations, in SI;
+friction is signed by a velocity; the bias torque is in the sum. Added to it: damping of the
+directions that comply, which the bare law leaves to drift, and a passage without a step in torque
+where what complies changes.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from rfms_can.joint_nodes.compliance import RowSets
+from rfms_can.joint_nodes.friction import FrictionCompensation
 from rfms_can.wire.vocabulary import Law, Parameter
 
 DAC_MIN: Final = -2048
 DAC_MAX: Final = 2047
-REVERSAL_S: Final = 0.25
-"""Time, s, in which the friction of a resting joint turns to where its error is."""
+PASSAGE_PART: Final = 0.01
+"""Part of the torque limit by which torque may step, a cycle, where what complies changes."""
 
 
 class Servo:
@@ -21,35 +25,43 @@ class Servo:
 
     Args:
         parameters: the node's configuration.
+        joint: number of the joint, 1 to 6.
 
     Attributes:
+        friction: friction compensation.
         integral: integral part of the torque, Nm.
+        push: speed, rad/s, at which the last torque of errors and rates would let the joint move.
         saturated: whether the last torque was clamped to the limit.
     """
 
     __slots__ = (
         "_band",
-        "_coulomb",
         "_damping",
+        "_index",
+        "_inertia",
         "_integral_limit",
         "_kd",
         "_ki_period",
         "_kp",
-        "_negative",
-        "_positive",
-        "_resting",
-        "_reversal",
+        "_last",
+        "_passage",
+        "_per_kp",
+        "_specification",
         "_stiffness",
-        "_still",
+        "_sums",
         "_torque_per_code",
-        "_viscous",
+        "_torque_per_force_code",
+        "_weighted_integral",
+        "friction",
         "integral",
+        "push",
         "saturated",
         "torque_limit",
     )
 
-    def __init__(self, parameters: Mapping[Parameter, float]) -> None:
+    def __init__(self, parameters: Mapping[Parameter, float], joint: int) -> None:
         p = parameters
+        self._index = joint - 1
         self._kp = p[Parameter.KP]
         self._ki_period = p[Parameter.KI] * p[Parameter.PERIOD]
         self._kd = p[Parameter.KD]
@@ -58,104 +70,125 @@ class Servo:
         natural = p[Parameter.NATURAL_FREQUENCY]
         self._stiffness = natural * natural
         self._damping = 2.0 * p[Parameter.DAMPING_RATIO] * natural
-        self._positive = p[Parameter.COULOMB_POSITIVE]
-        self._negative = p[Parameter.COULOMB_NEGATIVE]
-        self._viscous = p[Parameter.VISCOUS]
-        self._still = p[Parameter.FRICTION_SPEED]
-        self._reversal = (self._positive + self._negative) * p[Parameter.PERIOD] / REVERSAL_S
+        self._inertia = self._kp / self._stiffness if natural else 0.0
+        self._per_kp = natural / self._kp if self._kp else 0.0
+        self._weighted_integral = self._stiffness / self._kp if self._kp else 0.0
         self._torque_per_code = p[Parameter.TORQUE_PER_CODE]
+        self._torque_per_force_code = p[Parameter.TORQUE_PER_FORCE_CODE]
         self.torque_limit = p[Parameter.TORQUE_LIMIT]
+        self.friction = FrictionCompensation(p)
         self.reset()
 
     def reset(self) -> None:
         """Forget the integral and the direction of the last motion."""
         self.integral = 0.0
-        self._coulomb = 0.0
-        self._resting = True
+        self._sums = [0.0] * 6
+        self.push = 0.0
         self.saturated = False
-
-    def friction(self, speed: float) -> float:
-        """Torque that overcomes friction at a desired speed (rad/s), Nm.
-
-        Signed by the desired velocity; at rest it stays as the last motion left it. A joint that
-        stops a little short then still has its friction overcome in the direction it came from
-        and creeps home, instead of sticking until the integral has grown to the stiction.
-        """
-        self._resting = False
-        if speed > self._still:
-            self._coulomb = self._positive
-        elif speed < -self._still:
-            self._coulomb = -self._negative
-        else:
-            self._resting = True
-        return self._coulomb + self._viscous * speed
+        self._passage = self._last = 0.0
+        self._specification: int | None = None
+        self.friction.reset()
 
     def torque(
         self,
         errors: Sequence[float],
         rates: Sequence[float],
         accelerations: Sequence[float],
-        compliance: Sequence[float],
-        weighted: Sequence[float],
-        law: int,
+        rows: RowSets,
         feedforward: float,
+        bias: float = 0.0,
     ) -> float:
-        """Joint torque, Nm, clamped to the limit.
+        """Joint torque without the bias, Nm; clamped so that both together keep the limit.
 
         Args:
             errors: the six joint errors, rad.
             rates: their rates, rad/s.
             accelerations: the six desired accelerations, rad/s2.
-            compliance: own row of C_theta.
-            weighted: own row of M C_theta, kg m2.
-            law: ``Law``: PID, or ``M C (wn^2 e + 2 zeta wn e_dot)``.
-            feedforward: gravity, friction and bias torque, Nm.
+            rows: own rows of the law.
+            feedforward: gravity and friction torque, Nm.
+            bias: bias torque, Nm, which goes out on the force set-point DAC.
         """
-        m1, m2, m3, m4, m5, m6 = weighted
+        weighted = rows.law == Law.WEIGHTED
+        inertia, law = (rows.first, rows.second) if weighted else (rows.second, rows.first)
+        m1, m2, m3, m4, m5, m6 = inertia
         a1, a2, a3, a4, a5, a6 = accelerations
         total = feedforward + m1 * a1 + m2 * a2 + m3 * a3 + m4 * a4 + m5 * a5 + m6 * a6
+        r1, r2, r3, r4, r5, r6 = law
         e1, e2, e3, e4, e5, e6 = errors
         v1, v2, v3, v4, v5, v6 = rates
-        if law == Law.WEIGHTED:
-            k, d = self._stiffness, self._damping
-            total += m1 * (k * e1 + d * v1) + m2 * (k * e2 + d * v2) + m3 * (k * e3 + d * v3)
-            total += m4 * (k * e4 + d * v4) + m5 * (k * e5 + d * v5) + m6 * (k * e6 + d * v6)
-            return self._clamp(total)
-        c1, c2, c3, c4, c5, c6 = compliance
-        error = c1 * e1 + c2 * e2 + c3 * e3 + c4 * e4 + c5 * e5 + c6 * e6
-        rate = c1 * v1 + c2 * v2 + c3 * v3 + c4 * v4 + c5 * v5 + c6 * v6
-        total += self._kp * error + self._kd * rate
-        return self._clamp(total + self._integrate(error, total))
+        error = r1 * e1 + r2 * e2 + r3 * e3 + r4 * e4 + r5 * e5 + r6 * e6
+        rate = r1 * v1 + r2 * v2 + r3 * v3 + r4 * v4 + r5 * v5 + r6 * v6
+        if weighted:
+            pull = self._stiffness * error + self._damping * rate
+        else:
+            pull = self._kp * error + self._kd * rate
+        if rows.damping:
+            own = rates[self._index]
+            if weighted:
+                all_of_it = m1 * v1 + m2 * v2 + m3 * v3 + m4 * v4 + m5 * v5 + m6 * v6
+                total += rows.damping * (all_of_it - rate)
+            else:
+                total += rows.damping * self._inertia * (own - rate)
+        self.push = pull * self._per_kp
+        total += pull
+        return self._pass(total + self._integrate(errors, law, total, weighted), rows, bias)
 
     def alone(self, error: float, rate: float, feedforward: float) -> float:
         """Torque of the PID on this joint's own error, Nm: homing and stopping need no others."""
         total = feedforward + self._kp * error + self._kd * rate
-        return self._clamp(total + self._integrate(error, total))
+        self._sum_up(self._index, error, total + self._sums[self._index], 1.0)
+        self.integral = self._sums[self._index]
+        return self._clamp(total + self.integral)
 
-    def _integrate(self, error: float, others: float) -> float:
-        """One step of the integral, frozen in the dead band and against a clamped torque.
+    def _integrate(
+        self, errors: Sequence[float], row: Sequence[float], others: float, weighted: bool
+    ) -> float:
+        """Integral torque: the law's row times the integrals of all six errors.
+
+        So what the integral holds is split by the same row as the errors are: nothing is left in
+        a direction that begins to comply. Each is kept in the torque it would make of an own
+        error.
+        """
+        sums, total = self._sums, others + self.integral
+        for j, error in enumerate(errors):
+            self._sum_up(j, error, total, row[j])
+        s1, s2, s3, s4, s5, s6 = sums
+        r1, r2, r3, r4, r5, r6 = row
+        integral = r1 * s1 + r2 * s2 + r3 * s3 + r4 * s4 + r5 * s5 + r6 * s6
+        if weighted:
+            integral *= self._weighted_integral
+        bound = self._integral_limit
+        self.integral = bound if integral > bound else -bound if integral < -bound else integral
+        return self.integral
+
+    def _sum_up(self, j: int, error: float, total: float, share: float) -> None:
+        """One step of one integral, frozen in the dead band and against a clamped torque.
 
         A joint that rests beyond its goal is held there by friction and by its own compensation
         of it: that turns first, and the integral has nothing to wind up for.
         """
-        if -self._band <= error <= self._band or (self._resting and self._turn_friction(error)):
-            return self.integral
-        limit = self.torque_limit
-        winds_up = (others + self.integral) * error > 0.0 and abs(others + self.integral) >= limit
-        if not winds_up:
-            bound = self._integral_limit
-            step = self.integral + self._ki_period * error
-            self.integral = bound if step > bound else -bound if step < -bound else step
-        return self.integral
+        if -self._band <= error <= self._band:
+            return
+        if j == self._index and self.friction.resting and self.friction.turn(error):
+            return
+        if abs(total) >= self.torque_limit and total * share * error > 0.0:
+            return
+        bound = self._integral_limit
+        step = self._sums[j] + self._ki_period * error
+        self._sums[j] = bound if step > bound else -bound if step < -bound else step
 
-    def _turn_friction(self, error: float) -> bool:
-        """Turn friction a step towards where the error is; False if it points there already."""
-        before = self._coulomb
-        if error > 0.0:
-            self._coulomb = min(before + self._reversal, self._positive)
-        else:
-            self._coulomb = max(before - self._reversal, -self._negative)
-        return self._coulomb != before
+    def _pass(self, torque: float, rows: RowSets, bias: float) -> float:
+        """Where what complies has changed, go over to the new torque in small steps."""
+        if rows.specification != self._specification:
+            if self._specification is not None:
+                self._passage = self._last - torque
+            self._specification = rows.specification
+        if self._passage:
+            step = PASSAGE_PART * self.torque_limit
+            self._passage -= max(-step, min(step, self._passage))
+            torque += self._passage
+        self._last = torque
+        return self._clamp(torque + bias) - bias
 
     def _clamp(self, torque: float) -> float:
         limit = self.torque_limit
@@ -167,4 +200,9 @@ class Servo:
     def code(self, torque: float) -> int:
         """Motor-current DAC code of a joint torque (Nm)."""
         code = round(torque / self._torque_per_code)
+        return DAC_MIN if code < DAC_MIN else DAC_MAX if code > DAC_MAX else code
+
+    def force_code(self, torque: float) -> int:
+        """Force-set-point DAC code of a bias torque (Nm)."""
+        code = round(torque / self._torque_per_force_code) if torque else 0
         return DAC_MIN if code < DAC_MIN else DAC_MAX if code > DAC_MAX else code

@@ -12,9 +12,9 @@ from rfms_can.wire import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, NODE_NAMES, 
 SILENCE_BOUND: Final = 3
 """Consecutive cycles without an answer after which its node counts as lost (faults 11 and 13)."""
 
-_KINDS: Final = ("MEASURE", "REFERENCE", "ERROR", "DAC", "ROWS", "HEARTBEAT")
+_KINDS: Final = ("MEASURE", "REFERENCE", "ERROR", "DAC", "ROWS", "HEARTBEAT", "FORCE")
 _NODES: Final = 10
-_SENDERS: Final = {"MEASURE": PLANT, "REFERENCE": PLANT, "ROWS": MASTER}
+_SENDERS: Final = {"MEASURE": PLANT, "REFERENCE": PLANT, "ROWS": MASTER, "FORCE": PLANT}
 """Who sends what is numbered by the node it is for."""
 
 
@@ -46,20 +46,24 @@ EXPECTED: Final[dict[Phase, int]] = {
 class Answers:
     """Frames the cycle under way still waits for.
 
+    Args:
+        sensor: whether the plant tells the wrist force as well.
+
     Attributes:
         missing: bits not heard yet; 0 when the cycle is complete.
     """
 
-    __slots__ = ("_streaks", "missing")
+    __slots__ = ("_sensor", "_streaks", "missing")
 
-    def __init__(self) -> None:
+    def __init__(self, *, sensor: bool = False) -> None:
         self.missing = 0
+        self._sensor = bit("FORCE", PLANT) if sensor else 0
         self._streaks: dict[int, tuple[int, int]] = {}
 
     def begin(self, phase: Phase, cycle: int) -> None:
         """A new cycle: everything is missing."""
         beats = 0 if cycle % HEARTBEAT_EVERY else _BEATS
-        self.missing = EXPECTED[phase] | beats
+        self.missing = EXPECTED[phase] | beats | self._sensor
 
     def unanswered(self, cycle: int) -> str | None:
         """The cycle ended incomplete: who has been silent for too long, or None."""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from rfms_can.arm import Arm
 from rfms_can.frame import Frame
+from rfms_can.master.force.control import ForceControl, Settings
 from rfms_can.master.listener import Listener
 from rfms_can.master.motion import Motion
 from rfms_can.master.phases import BUS_STATES, CYCLING, Phase
@@ -41,6 +42,7 @@ class ControlCycle(Listener):
     Attributes:
         closed: control cycles closed since the first SYNC: programs wait by it.
         motion: programs' moves and the trajectory generator.
+        force_control: compliance, bias force and guarded moves.
         statistics: numbers of the run.
         stillness: for how long arm and jaw have stood still.
         paced: lockstep cycles are no shorter than the period; for a bus that idles.
@@ -55,6 +57,9 @@ class ControlCycle(Listener):
         period_s = settings.period_ns * 1e-9
         self.closed = 0
         self.motion = Motion(arm, period_s, settings.blend)
+        how = Settings(settings.law, settings.closed, settings.friction, self.gains)
+        self.force_control = ForceControl(arm, self.broadcast.math, how, period_s)
+        self.motion.vet = self.force_control.refusal
         self.statistics = RunStatistics(period_s)
         self.stillness = Stillness(arm)
         self.paced = settings.paced
@@ -62,6 +67,7 @@ class ControlCycle(Listener):
         self._lockstep = settings.clock is Clock.LOCKSTEP
         self._deadline_ns: int | None = 0
         self._setpoint: CartesianSetpoint | None = None
+        self._displacement: tuple[float, ...] | None = None
         self._began_ns = 0
 
     def _at_close(self) -> None:
@@ -111,7 +117,9 @@ class ControlCycle(Listener):
         self._out.append(self.broadcast.sync(cycle, state))
         self._answers.begin(self.phase, cycle)
         if self.phase is Phase.RUN and self._setpoint is not None:
-            self.broadcast.setpoint(self._setpoint, cycle, self._out)
+            self.broadcast.setpoint(
+                self._setpoint, cycle, self._out, self._displacement, self.force_control.bias
+            )
             self.carried = Carried(self.motion.generator.tick_count, cycle, self._now_ns)
         if cycle % HEARTBEAT_EVERY == 0:
             self._beat(state, int(self.fault is not None))

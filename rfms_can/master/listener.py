@@ -9,6 +9,7 @@ from rfms_can.frame import IDENTIFIERS, Frame
 from rfms_can.master.answers import MEASURES, REFERENCES, Answers, bit
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.broadcast import Broadcast
+from rfms_can.master.math_processor import MathProcessor
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import MasterSettings
 from rfms_can.master.start_up.bring_up import BringUp
@@ -19,13 +20,14 @@ from rfms_can.wire.records import (
     Dac,
     Emcy,
     Estop,
+    Force,
     Heartbeat,
     JointError,
     Measure,
     Reference,
     Rows,
 )
-from rfms_can.wire.vocabulary import FaultCode, NodeState
+from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 
 class Listener(Endpoint):
@@ -35,6 +37,9 @@ class Listener(Endpoint):
         phase: what the master is doing with the bus.
         cycle: cycle under way; restarts at 0 when the arm is enabled.
         errors: joint errors of the cycle, rad (6).
+        torques: what the nodes have set the motors to, Nm (6).
+        force: reading of the wrist sensor, N and N m (6); None before the first.
+        gains: K_p of the six nodes, N m/rad.
         arm_state: where the arm is.
         bring_up: who is on the bus, and what it holds.
         broadcast: what the master sends.
@@ -44,17 +49,26 @@ class Listener(Endpoint):
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
         super().__init__(MASTER, wire, boot_id)
         period_s = settings.period_ns * 1e-9
-        parameters = all_parameters(arm, settings.friction, period_s)
+        parameters = all_parameters(arm, settings.friction, period_s, settings.dither)
         self.arm = arm
         self.settings = settings
         self.phase = Phase.ROLL_CALL
         self.cycle = -1
         self.errors = [0.0] * len(JOINTS)
         self.arm_state = ArmState(parameters)
-        self.broadcast = Broadcast(arm, self._sends, wire.dbc_hash)
+        self.torques = [0.0] * len(JOINTS)
+        self.force: tuple[float, ...] | None = None
+        self.gains = tuple(parameters[joint][Parameter.KP] for joint in JOINTS)
+        self._codes = [
+            (p[Parameter.TORQUE_PER_CODE], p[Parameter.TORQUE_PER_FORCE_CODE])
+            for p in (parameters[joint] for joint in JOINTS)
+        ]
+        natural = parameters[1][Parameter.NATURAL_FREQUENCY]
+        math = MathProcessor(arm, settings.law, self.gains, natural)
+        self.broadcast = Broadcast(math, self._sends, wire.dbc_hash)
         self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
         self._senders.extend(self.bring_up.senders)
-        self._answers = Answers()
+        self._answers = Answers(sensor=settings.sensor)
         self.heard_back = 0
         for joint in JOINTS:
             self._hears(Measure, joint, partial(self._on_measure, joint, bit("MEASURE", joint)))
@@ -64,8 +78,9 @@ class Listener(Endpoint):
             self._hears(JointError, joint, partial(self._on_error, joint, bit("ERROR", joint)))
             self._hears_back(Rows, joint, partial(self._on_rows_sent, bit("ROWS", joint)))
         self._hears(Measure, GRIPPER, self._on_jaw)
+        self._hears(Force, None, self._on_force)
         for node in (*JOINTS, GRIPPER):
-            self._hears(Dac, node, partial(self._on_dac, bit("DAC", node)))
+            self._hears(Dac, node, partial(self._on_dac, node, bit("DAC", node)))
             self._hears(ConfigAck, node, partial(self._on_ack, node))
         for node in (*JOINTS, GRIPPER, PLANT):
             self._hears(
@@ -160,11 +175,21 @@ class Listener(Endpoint):
         else:
             self.ignored["stale ERROR"] += 1
 
-    def _on_dac(self, one: int, dac: Dac) -> None:
+    def _on_dac(self, node: int, one: int, dac: Dac) -> None:
         if dac.cycle == self.cycle & 0xFF:
+            if node != GRIPPER:
+                current, force = self._codes[node - 1]
+                self.torques[node - 1] = current * dac.current_dac + force * dac.force_dac
             self._answered(one)
         else:
             self.ignored["stale DAC"] += 1
+
+    def _on_force(self, force: Force) -> None:
+        if force.cycle == self.cycle & 0xFF:
+            self.force = force[:6]
+            self._answered(bit("FORCE", PLANT))
+        else:
+            self.ignored["stale FORCE"] += 1
 
     def emergency_stop(self, reason: str) -> None:
         """Torque off and brakes on everywhere: ESTOP goes out at the next step, with no wait."""

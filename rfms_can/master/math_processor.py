@@ -3,40 +3,95 @@
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+import numpy.typing as npt
+
 from rfms_can.arm import Arm
+from rfms_can.compliance import ControlLaw, LawRows, regular_pose
 from rfms_can.dynamics import ArmDynamics
+from rfms_can.kinematics import direct
+from rfms_can.master.force.law_rows import ComplyingRows
+from rfms_can.master.force.specification import Compliance, Load
+from rfms_can.master.force.wrench import load_rows
 from rfms_can.wire import JOINTS, LAST_SET, NO_SET
 from rfms_can.wire.vocabulary import Law
 
+Matrix = npt.NDArray[np.float64]
 RowValues = tuple[float, ...]
-"""Values of one ROWS frame: C_theta row (6), M C_theta row (6), gravity, set, law."""
+"""Values of one ROWS frame, in the order of the wire's record."""
 
-_IDENTITY: Final = tuple(tuple(float(i == j) for j in JOINTS) for i in JOINTS)
+COMPLIANT_DAMPING: Final = 8.0
+"""mu, 1/s: damping of the compliant directions. A push of 30 N sends a tip of 5 kg off at 0.75 m/s
+at most; what moves by itself stops within a quarter of a second."""
+_IDENTITY: Final = [[float(i == j) for j in JOINTS] for i in JOINTS]
 
 
 class MathProcessor:
-    """Computes the rows of C_theta and M C_theta, and gravity, at measured joint angles.
+    """Computes the two rows of the law for each joint, and gravity, at measured joint angles.
+
+    Args:
+        arm: the arm.
+        law: how it complies.
+        Kp: gains of the six nodes, N m/rad.
+        natural: their natural frequency, rad/s.
 
     Attributes:
-        compliance: C_theta, 6 rows of 6; the identity while nothing complies.
-        law: ``Law`` the nodes shall use.
+        J: (6, 6), Jacobian in the T6 frame of the last rows.
+        compliance: what the next rows are for.
+        load: what the hand holds.
+        complying: the law's rows while something complies.
     """
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(
+        self, arm: Arm, law: ControlLaw, Kp: Sequence[float] = (1.0,) * 6, natural: float = 1.0
+    ) -> None:
+        self._arm = arm
+        self._law = law
         self._dynamics = ArmDynamics(arm)
         self._set = NO_SET
-        self.compliance: tuple[tuple[float, ...], ...] = _IDENTITY
-        self.law = Law.PID
+        self._made: dict[int, Compliance] = {NO_SET: Compliance()}
+        self._wire = Law.WEIGHTED if law is ControlLaw.WEIGHTED else Law.PID
+        self._damps = law not in (ControlLaw.POSITION, ControlLaw.STIFFNESS)
+        self.J: Matrix = self._dynamics.J
+        self.M: Matrix = self._dynamics.M
+        self.gravity: Matrix = self._dynamics.g
+        self.compliance = Compliance()
+        self.load = Load()
+        self.complying = ComplyingRows(arm, law, Kp, natural)
+
+    def made(self, number: int) -> Compliance:
+        """What a set of rows that was sent is for."""
+        return self._made.get(number, Compliance())
 
     def rows(self, q: Sequence[float]) -> tuple[int, list[RowValues]]:
         """The next set at joint angles ``q`` (6, rad): its number and the values of its frames."""
+        self._update(q)
+        compliance, weighted = self.compliance, self._wire is Law.WEIGHTED
+        number = self._set = self._set % LAST_SET + 1
+        self._made[number] = compliance
+        inertia = self.M.tolist()
+        damping, bits = 0.0, 0
+        if compliance.selection.size and self._law is not ControlLaw.POSITION:
+            rows = self._complying(q)
+            law = (rows.weighted if weighted else rows.errors).tolist()
+            damping, bits = COMPLIANT_DAMPING * self._damps, compliance.bits
+        else:
+            law = inertia if weighted else _IDENTITY
+        first, second = (inertia, law) if weighted else (law, inertia)
+        gravity = self.gravity.tolist()
+        tail = (number, self._wire, damping, bits, compliance.number)
+        return number, [(*first[i], *second[i], gravity[i], *tail) for i in range(len(JOINTS))]
+
+    def _update(self, q: Sequence[float]) -> None:
         dynamics = self._dynamics
         dynamics.update(q)
-        number = self._set = self._set % LAST_SET + 1
-        compliance, law = self.compliance, self.law
-        inertia = dynamics.M
-        weighted = (inertia if compliance is _IDENTITY else inertia @ compliance).tolist()
-        gravity = dynamics.g.tolist()
-        return number, [
-            (*compliance[i], *weighted[i], gravity[i], number, law) for i in range(len(JOINTS))
-        ]
+        self.J, self.M, self.gravity = dynamics.J, dynamics.M, dynamics.g
+        if self.load.mass:
+            inertia, weight = load_rows(self.load, self.J, direct(self._arm, q))
+            self.M, self.gravity = self.M + inertia, self.gravity + weight
+
+    def _complying(self, q: Sequence[float]) -> LawRows:
+        regular, J = regular_pose(self._arm, q), self.J
+        if regular != tuple(q):
+            J = self._dynamics.jacobian(regular)
+        return self.complying.rows(self.compliance, J, self.M)

@@ -1,14 +1,23 @@
 """Motion: what programs ask for, and the set-point of the next cycle, checked before it is sent."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from rfms_can.arm import Arm
 from rfms_can.compliance.selection import Selection, parse_bias
 from rfms_can.errors import KinematicsError, MoveError, ProgramError
-from rfms_can.kinematics import Configuration, configuration_of, direct, singularity_margins
+from rfms_can.kinematics import (
+    Configuration,
+    Joints,
+    configuration_of,
+    direct,
+    singularity_margins,
+)
+from rfms_can.master.force.control import Asked
+from rfms_can.master.force.specification import NO_FORCE, RIGID, Specification
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning import MovePlanner
 from rfms_can.master.world import Limits, MotionMode, Position, WorldModel
 from rfms_can.messages import (
@@ -24,8 +33,10 @@ from rfms_can.messages import (
     ResumeRequest,
     StopRequest,
     TransformMessage,
+    Vector6,
 )
 from rfms_can.setpoint.cartesian import CartesianSetpoint
+from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
 
 NOTED: Final = Answer()
@@ -34,10 +45,34 @@ WRIST_MARGIN = 1e-3
 """|sin theta5| under which an arm is not enabled: nodes could not tell theta4 from theta6."""
 
 
+Vet = Callable[[Asked, Joints, bool], str | None]
+"""Why force control cannot do what a move asks for at joint angles, at rest or not; or None."""
+
+
+class Accepted(NamedTuple):
+    """A move that was accepted."""
+
+    position: Position
+    mode: MotionMode
+    specification: Specification
+
+
+def _anything_goes(_asked: Asked, _theta: Joints, _rests: bool) -> str | None:
+    return None
+
+
+def _pick(selection: Selection, these: Vector6, others: Vector6) -> Vector6:
+    """These where the selection has a direction, the others where not."""
+    a, b, c, d, e, f = (x if s else y for s, x, y in zip(selection, these, others, strict=True))
+    return (a, b, c, d, e, f)
+
+
 class Motion:
     """Trajectory generator, its shadow of the six joints, and the world model.
 
     Attributes:
+        asked: what the move under way asks of force control; None before the first.
+        vet: says why force control cannot do what a move asks for, or None.
         generator: the supervisor's half of the trajectory generator.
         commanded: the commanded trajectory, in double precision.
         world: symbol tables.
@@ -51,8 +86,12 @@ class Motion:
         self._planner = MovePlanner(arm, period_s)
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True), period_s)
-        self._moves: dict[int, tuple[Position, MotionMode]] = {}
-        self._complies = Selection()
+        self._moves: dict[int, Accepted] = {}
+        self._complies = RIGID
+        self._bias: Vector6 = NO_FORCE
+        self._guarded = 0  # number of the last guarded move
+        self.asked: Asked | None = None
+        self.vet: Vet = _anything_goes
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define_transform,
             PositionMessage: self._define_position,
@@ -85,10 +124,12 @@ class Motion:
         self.commanded.reset(q)
         self._planner.reset(self.commanded.theta)
         self._moves.clear()
+        self.asked = None
+        self._guarded = 0
 
     def forget(self) -> None:
         """Begin with empty symbol tables and rigid, for another program; the motion goes on."""
-        self._complies = Selection()
+        self._complies, self._bias = RIGID, NO_FORCE
         self.world = WorldModel(self.world.configuration, self._period)
         self._moves.clear()
 
@@ -114,11 +155,13 @@ class Motion:
         self.world.define_mode(message)
 
     def _comply(self, request: ComplyRequest) -> None:
-        added, _ = parse_bias(request.word, request.values)
+        added, bias = parse_bias(request.word, request.values)
         self._complies = self._complies.with_(added)
+        self._bias = _pick(added, bias, self._bias)
 
     def _lock(self, request: LockRequest) -> None:
         self._complies = self._complies.without(Selection.parse(request.word))
+        self._bias = _pick(self._complies, self._bias, NO_FORCE)
 
     def _stop(self, _: StopRequest) -> None:
         """Come to rest on the path; goals that move by themselves come to rest as well."""
@@ -141,6 +184,8 @@ class Motion:
         position = self.world.position(request.position)
         mode = self.world.mode(request.mode)
         sequence, generator = self._sequence + 1, self.generator
+        accepted = Accepted(position, mode, self._specification(mode))
+        self._admit(sequence, accepted)
         try:
             before, tick = generator.last_accepted, generator.tick_count
             plan = self._planner.plan(before, position, mode, sequence, tick)
@@ -150,8 +195,54 @@ class Motion:
         self._sequence = sequence
         under_way = generator.sequence
         self._moves = {k: move for k, move in self._moves.items() if k >= under_way}
-        self._moves[sequence] = (position, mode)
+        self._moves[sequence] = accepted
+        if accepted.specification.guard.active:
+            self._guarded = sequence
         return Answer(sequence, plan.segment_time, plan.via_deviation, plan.via_rotation)
+
+    def _specification(self, mode: MotionMode) -> Specification:
+        """What a move with a mode asks of force control: the mode's own, or the program's."""
+        selection, bias = mode.comply or (self._complies, self._bias)
+        return Specification(selection, bias, mode.guard, mode.load)
+
+    def _admit(self, sequence: int, move: "Accepted") -> None:
+        """Refuse what cannot be: a move behind a guarded one, a force the arm has not."""
+        name = f"to {move.position.name!r} with {move.mode.name!r}: "
+        if self._guarded and not self.is_over(self._guarded):
+            raise MoveError(
+                f"{name}move {self._guarded} is guarded, so nobody knows where it will end: "
+                f"wait for it before asking for another"
+            )
+        rests = self.generator.at_rest
+        reason = self.vet(self._asked(sequence, move), self.commanded.theta, rests)
+        if reason:
+            raise MoveError(name + reason)
+
+    def _asked(self, sequence: int, move: "Accepted") -> Asked:
+        """A move as force control sees it."""
+        position, generator = move.position, self.generator
+
+        def frame(T6: Transform) -> Transform:
+            return position.compliance_frame(Moment(generator.tick_count), T6)
+
+        return Asked(sequence, move.specification, frame, move.mode.acceleration_time)
+
+    def _look_at_move(self, sequence: int) -> None:
+        """A move that takes over brings its specification."""
+        if self.asked is not None and self.asked.sequence == sequence:
+            return
+        move = self._moves.get(sequence)
+        if move is not None:
+            self.asked = self._asked(sequence, move)
+
+    @property
+    def guarded(self) -> bool:
+        """Whether the move under way stops on force or distance."""
+        return self.asked is not None and self.asked.specification.guard.active
+
+    def end_guarded(self) -> None:
+        """The guard of the move under way has tripped: come to rest on the path."""
+        self.generator.stop()
 
     def _limits(self, transform: str) -> Limits | None:
         """What a jump of a transform may add to the motion under way, or to the one settled next.
@@ -162,17 +253,20 @@ class Motion:
         settled = len(self.generator.active_goals) - 1
         later = [sequence for sequence in self._moves if sequence > under_way][:settled]
         active = [self._moves[k] for k in (under_way, *later) if k in self._moves]
-        limits = [mode.limits for position, mode in active if position.uses(transform)]
+        limits = [move.mode.limits for move in active if move.position.uses(transform)]
         return Limits(*map(min, zip(*limits, strict=True))) if limits else None
 
     def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
         """The set-point of the next cycle, and why it must not be sent, or None."""
         generator, world = self.generator, self.world
         if generator.stopped:
+            asked = self.asked
             self.enable(self.commanded.theta)
+            self.asked = asked  # it goes on complying where it stopped
         for name in world.unseen(generator.tick_count):
             world.halt_transform(name, generator.tick_count, self._limits(name))
         setpoint = generator.tick()
+        self._look_at_move(generator.sequence)
         return setpoint, self.commanded.check(setpoint)
 
     @property

@@ -43,7 +43,7 @@ def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0
         refused: requests refused so far.
     """
     motion, state = supervisor.motion, supervisor.arm_state
-    generator = motion.generator
+    generator, force = motion.generator, supervisor.force_control
     q1, q2, q3, q4, q5, q6 = state.q
     e1, e2, e3, e4, e5, e6 = supervisor.errors
     cycle, settings = supervisor.statistics.cycles, supervisor.settings
@@ -66,6 +66,10 @@ def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0
         jaw=state.jaw_opening(supervisor.arm.gripper),
         feed=generator.feed,
         comply=motion.comply,
+        complying=supervisor.broadcast.in_force.selection.word,
+        complied=force.complied,
+        force=force.force,
+        guard=force.guards.tripped,
         lease=lease,
         refused=refused,
         fault=supervisor.fault,

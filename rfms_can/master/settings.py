@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
+from rfms_can.compliance import ControlLaw
 from rfms_can.wire.vocabulary import Blend
 
 
@@ -29,6 +30,10 @@ class MasterSettings:
         barrier_s: longest lockstep cycle, s.
         patience_s: how long nodes may take to appear and to answer a configuration, s.
         paced: lockstep cycles are no shorter than the period; for a bus that idles.
+        law: how the arm complies.
+        sensor: whether the plant has a wrist sensor.
+        closed: whether the force loop is closed over it.
+        dither: part of the friction, 0 to 1, that complying joints dither with at rest.
     """
 
     rate_hz: float = 250.0
@@ -38,6 +43,10 @@ class MasterSettings:
     barrier_s: float = 2.0
     patience_s: float = 30.0
     paced: bool = False
+    law: ControlLaw = ControlLaw.WEIGHTED
+    sensor: bool = False
+    closed: bool = False
+    dither: float = 0.0
 
     @property
     def period_ns(self) -> int:

@@ -8,11 +8,12 @@ from typing import Final
 
 from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, ProgramError
+from rfms_can.kinematics import direct
 from rfms_can.master.cycle import ControlCycle
 from rfms_can.master.motion import NOTED
 from rfms_can.master.phases import CYCLING, Phase, PhaseEvent, next_phase
 from rfms_can.master.settings import MasterSettings
-from rfms_can.messages import Answer, GripperRequest, Message
+from rfms_can.messages import Answer, GripperRequest, Message, TareRequest
 from rfms_can.wire import Wire
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 
@@ -63,10 +64,21 @@ class Supervisor(ControlCycle):
             self._gripper_asked = (opens, round(message.part * 200.0) / 2.0)
             self.stillness.jaw_commanded()
             return NOTED
+        if isinstance(message, TareRequest):
+            self._tare()
+            return NOTED
         answer = self.motion.handle(message)
         if answer.sequence:
             self.stillness.arm_commanded()
         return answer
+
+    def _tare(self) -> None:
+        """Take the sensor's next readings for its bias."""
+        if not self.settings.sensor:
+            raise ProgramError("tare: the arm has no wrist sensor; run it with --sensor good")
+        if not self.motion.at_rest or not self.stillness.arm:
+            raise ProgramError("tare: the arm moves; wait until it rests, touching nothing")
+        self.force_control.felt.tare()
 
     # --- the end of a cycle -------------------------------------------------------------------
 
@@ -98,6 +110,7 @@ class Supervisor(ControlCycle):
             self._end()
             return
         self.statistics.errors(self.errors, self.motion.moves)
+        self._control_force()
         self._make_setpoint()
 
     def _close_halted(self) -> None:
@@ -109,10 +122,34 @@ class Supervisor(ControlCycle):
         if all(self.arm_state.braked) or self._ending >= BRAKING_CYCLES:
             self._deadline_ns = None
 
+    def _control_force(self) -> None:
+        """What the cycle has brought for compliance, bias force and guarded moves."""
+        motion, force, q = self.motion, self.force_control, self.arm_state.q
+        math, felt = self.broadcast.math, force.felt
+        if self.force is not None:
+            felt.read(self.force, math.load, direct(self.arm, q))
+            self.force = None
+        elif motion.guarded:
+            commanded = motion.commanded
+            felt.guess(
+                self.torques,
+                commanded.rate,
+                commanded.acceleration,
+                math.J,
+                math.M,
+                math.gravity,
+            )
+        if force.close(motion.asked, q, self.errors, self.broadcast.in_force):
+            motion.end_guarded()
+        astray = force.comply.astray()
+        if astray:
+            self._halt(astray)
+
     def _make_setpoint(self) -> None:
         """The set-point of the next cycle; one the arm cannot take is not sent."""
         try:
             setpoint, refusal = self.motion.next_setpoint()
+            self._displacement = self.force_control.follow(self.motion.commanded.theta)
         except KinematicsError as error:  # stopped where nothing can be held
             self._halt(str(error))
             return
@@ -140,6 +177,7 @@ class Supervisor(ControlCycle):
         except KinematicsError as error:
             self._halt(str(error))
             return
+        self.force_control.reset()
         self.arm_state.open_counts = self.arm_state.jaw_counts  # homing has left it there
         self.phase = next_phase(self.phase, PhaseEvent.START)
         self._out.append(self.broadcast.command(Command.START))

@@ -15,6 +15,7 @@ from rfms_can.messages.requests import (
     PauseRequest,
     ResumeRequest,
     StopRequest,
+    TareRequest,
 )
 from rfms_can.messages.session import (
     Answer,
@@ -73,6 +74,7 @@ __all__ = [
     "StopRequest",
     "Table",
     "TableRow",
+    "TareRequest",
     "TransformMessage",
     "Vector3",
     "Vector6",

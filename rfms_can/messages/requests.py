@@ -55,6 +55,10 @@ class ComplyRequest(Message, frozen=True, tag="COMPLY"):
     values: Annotated[list[float], msgspec.Meta(max_length=6)]
 
 
+class TareRequest(Message, frozen=True, tag="TARE"):
+    """Take what the wrist sensor reads next, touching nothing, for its bias."""
+
+
 class LockRequest(Message, frozen=True, tag="LOCK"):
     """Comply no more in some directions."""
 

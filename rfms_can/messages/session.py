@@ -19,6 +19,7 @@ from rfms_can.messages.requests import (
     PauseRequest,
     ResumeRequest,
     StopRequest,
+    TareRequest,
 )
 from rfms_can.messages.world import ModeMessage, PositionMessage, TransformMessage
 
@@ -91,6 +92,7 @@ ArmRequest = (
     | GripperRequest
     | ComplyRequest
     | LockRequest
+    | TareRequest
 )
 """What the supervisor handles; all of it needs the lease."""
 
@@ -182,6 +184,10 @@ class Status(msgspec.Struct, frozen=True):
         jaw: its opening, m: on a part the part's width.
         feed: part of the modes' speed it runs at now, 0 when paused.
         comply: directions the program has asked to comply in.
+        complying: directions the arm complies in.
+        complied: how far the compliance frame has been let go, m and rad along its axes.
+        force: what the hand does to the world, N and N m, in the compliance frame.
+        guard: why the last guarded move was stopped, or None.
         lease: who holds it, or None.
         refused: requests refused so far.
         fault: the latched fault, or None.
@@ -204,6 +210,10 @@ class Status(msgspec.Struct, frozen=True):
     jaw: float
     feed: float
     comply: str
+    complying: str
+    complied: Vector6
+    force: Vector6
+    guard: str | None
     lease: str | None
     refused: int
     fault: str | None

@@ -4,7 +4,18 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from rfms_can.messages.base import Message, Name, Part, Positive, Rigid, Seconds, Vector6
+from rfms_can.messages.base import (
+    Directions,
+    Mass,
+    Message,
+    Name,
+    Part,
+    Positive,
+    Rigid,
+    Seconds,
+    Vector3,
+    Vector6,
+)
 from rfms_can.messages.functions import AnyFunction
 
 Kind = Literal["value", "reference", "functional"]
@@ -77,6 +88,14 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
         acceleration, angular_acceleration: what a correction of a reference transform may add
             to the motion of the tool, m/s2 and rad/s2.
         configuration: instead of the position's.
+        comply: directions that comply (``fx`` ... ``rz``) and the bias force or moment along each,
+            N or N m; None: what ``COMPLY`` requests have asked for.
+        stop_on_force: directions (``fx`` ... ``rz``) and the force or moment, N or N m, at which
+            the move is stopped.
+        stop_on_distance: directions (``dx`` ``dy`` ``dz`` ``rx`` ``ry`` ``rz``) of the compliance
+            frame and the way, m or rad, at which the move is stopped.
+        mass: what the hand holds from this move on, kg; None: what it held before.
+        mass_centre: its centre of mass in T6, m.
     """
 
     name: Name
@@ -91,3 +110,8 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
     acceleration: Positive = 1.0
     angular_acceleration: Positive = 5.0
     configuration: str | None = None
+    comply: Directions | None = None
+    stop_on_force: Directions | None = None
+    stop_on_distance: Directions | None = None
+    mass: Mass | None = None
+    mass_centre: Vector3 = (0.0, 0.0, 0.0)

@@ -7,6 +7,7 @@ from typing import Any, Final, TypeVar
 from rfms_can.arm import Arm, arm_by_name, friction_set
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import SIM, parse_bus_url
+from rfms_can.compliance import ControlLaw
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.plant.physics import physics_steps
@@ -44,6 +45,9 @@ class RunSettings:
         scene: what the arm holds and meets: ``NAME`` or ``NAME:key=value,...``
             (``plant/scene/catalogue.py``).
         sensor: at its wrist: ``none``, ``ideal`` or ``good``.
+        law: how the arm complies: a word of ``compliance.ControlLaw``.
+        force_loop: ``open``, ``closed`` over the sensor, or empty: closed if there is one.
+        dither: part of the friction that complying joints dither with at rest, 0 to 1.
     """
 
     arm: str = "puma260"
@@ -60,6 +64,9 @@ class RunSettings:
     seed: int = 1
     scene: str = "free"
     sensor: str = NO_SENSOR
+    law: str = ControlLaw.WEIGHTED.value
+    force_loop: str = ""
+    dither: float = 0.0
 
     def __post_init__(self) -> None:
         arm = arm_by_name(self.arm)
@@ -67,6 +74,7 @@ class RunSettings:
         friction_set(arm, self.servo_friction or self.friction)
         physics_steps(self.rate, self.the_scene.longest_step_s)
         sensor_from(self.sensor, self.seed)
+        self._check_force()
         simulated = parse_bus_url(self.bus).interface == SIM
         choice("clock", self.clock or "virtual", Clock)
         choice("blend", self.blend, Blend)
@@ -83,6 +91,17 @@ class RunSettings:
                     f"{name} {getattr(self, name):g} s is not in 0..{LONGEST_S:g} s, 0 excluded"
                 )
         BusTiming(self.bit_rate, self.data_bit_rate)
+
+    def _check_force(self) -> None:
+        words = [law.value for law in ControlLaw]
+        if self.law not in words:
+            raise SettingsError(f"law {self.law!r} does not exist; there are: {', '.join(words)}")
+        if self.force_loop not in ("", "open", "closed"):
+            raise SettingsError(f"force loop {self.force_loop!r}: it is open or closed")
+        if self.force_loop == "closed" and self.sensor == NO_SENSOR:
+            raise SettingsError("force loop 'closed' needs a wrist sensor: add --sensor good")
+        if not 0.0 <= self.dither <= 1.0:
+            raise SettingsError(f"dither {self.dither:g} is no part of the friction, 0 to 1")
 
     @property
     def simulated(self) -> bool:
@@ -123,6 +142,10 @@ class RunSettings:
             barrier_s=self.barrier,
             patience_s=self.patience,
             paced=paced,
+            law=ControlLaw(self.law),
+            sensor=self.sensor != NO_SENSOR,
+            closed=self.sensor != NO_SENSOR and self.force_loop != "open",
+            dither=self.dither,
         )
 
     def as_dict(self) -> dict[str, Any]:

@@ -15,7 +15,11 @@ _BLENDS: Final = tuple(Blend)
 
 
 def values_of(
-    setpoint: CartesianSetpoint, pose: Transform, configuration: Configuration, cycle: int
+    setpoint: CartesianSetpoint,
+    pose: Transform,
+    configuration: Configuration,
+    cycle: int,
+    extras: int = 0,
 ) -> tuple[float, ...]:
     """The values of one SETPOINT frame: ``pose`` is T6_1 or T6_2 of ``setpoint``."""
     return (
@@ -24,7 +28,7 @@ def values_of(
         *(pose.px, pose.py, pose.pz),
         *(setpoint.r, setpoint.p, setpoint.acceleration_time),
         *(setpoint.state, setpoint.mode, configuration.code, setpoint.blend),
-        *(cycle, setpoint.sequence & 0xFFFF, 1 if setpoint.T6_2 is None else 2),
+        *(cycle, setpoint.sequence & 0xFFFF, 1 if setpoint.T6_2 is None else 2, extras),
     )
 
 

@@ -6,6 +6,7 @@ from rfms_can.transform.differential import (
     Vector6,
     differential_operator,
     differential_transform,
+    small_motion,
 )
 from rfms_can.transform.drive import DriveTransform
 from rfms_can.transform.homogeneous import (
@@ -26,4 +27,5 @@ __all__ = [
     "Vector6",
     "differential_operator",
     "differential_transform",
+    "small_motion",
 ]

@@ -15,6 +15,7 @@ from rfms_can.errors import DbcError
 from rfms_can.protection import Decoder, Receiver, Refusal, Sender
 from rfms_can.wire.records import (
     Bias,
+    Comply,
     Config,
     ConfigAck,
     Dac,
@@ -47,6 +48,10 @@ NO_SET: Final = 0
 LAST_SET: Final = 255
 """Highest number of a set of rows; 1 comes after it."""
 
+COMPLY_BELONGS: Final = 1
+BIAS_BELONGS: Final = 2
+"""Bits of SETPOINT's ``extras``: which frames belong to it beside its poses."""
+
 MESSAGES: Final[dict[type[NamedTuple], str]] = {
     Estop: "ESTOP",
     Nmt: "NMT",
@@ -55,6 +60,7 @@ MESSAGES: Final[dict[type[NamedTuple], str]] = {
     Measure: "MEASURE_{}",
     Force: "FORCE",
     Setpoint: "SETPOINT_{}",
+    Comply: "COMPLY",
     Bias: "BIAS",
     Gripper: "GRIPPER",
     Reference: "REFERENCE_{}",

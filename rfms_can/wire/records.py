@@ -84,6 +84,19 @@ class Setpoint(NamedTuple):
     cycle: int
     sequence: int
     poses: int
+    extras: int
+
+
+class Comply(NamedTuple):
+    """Joint displacements by compliance."""
+
+    joint_1: float
+    joint_2: float
+    joint_3: float
+    joint_4: float
+    joint_5: float
+    joint_6: float
+    cycle: int
 
 
 class Bias(NamedTuple):
@@ -133,7 +146,7 @@ class Dac(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Row n of C_theta and of M C_theta, gravity."""
+    """Two rows n of the law: C_theta and M, or M and M C_theta; gravity, what complies."""
 
     c_1: float
     c_2: float
@@ -150,6 +163,9 @@ class Rows(NamedTuple):
     gravity: float
     set: int
     law: int
+    damping: float
+    selection: int
+    specification: int
 
 
 class Config(NamedTuple):

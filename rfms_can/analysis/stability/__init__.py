@@ -9,7 +9,7 @@ from rfms_can.analysis.stability.sampled import (
     sampled_matrix,
     sampled_poles,
 )
-from rfms_can.analysis.stability.study import Analysis, Analyst, Law, Study
+from rfms_can.analysis.stability.study import Analysis, Analyst, Study
 from rfms_can.analysis.stability.survey import (
     Grid,
     Survey,
@@ -19,12 +19,13 @@ from rfms_can.analysis.stability.survey import (
     random_poses,
     survey,
 )
+from rfms_can.compliance import ControlLaw
 
 __all__ = [
     "Analysis",
     "Analyst",
+    "ControlLaw",
     "Grid",
-    "Law",
     "Loop",
     "Study",
     "Survey",

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Final
 
 import numpy as np
@@ -13,6 +12,7 @@ from rfms_can.analysis.stability.loop import Loop, pid_loop, scheduled_loop, wei
 from rfms_can.analysis.stability.sampled import gain_margin, is_stable, sampled_poles
 from rfms_can.arm import Arm, friction_set
 from rfms_can.compliance import (
+    ControlLaw,
     LawRows,
     Selection,
     compliance_jacobian,
@@ -37,21 +37,6 @@ _FASTEST: Final = 1e4
 """Largest natural frequency, rad/s."""
 _NONE: Final = Selection()
 _AT_T6: Final = Transform.identity()
-
-
-class Law(StrEnum):
-    """A law of ``compliance.laws``, with the torque the nodes make of it."""
-
-    POSITION = "position"
-    """PID, every joint its own error."""
-    HYBRID = "hybrid"
-    """PID on C e (5.10), and so Raibert and Craig's for small errors."""
-    WEIGHTED = "weighted"
-    """M (wn^2 C e + 2 zeta wn C e_dot)."""
-    STIFFNESS = "stiffness"
-    """J^T K J e (5.6), its damping in proportion."""
-    FREE_JOINT = "free-joint"
-    """PID; joints matched to the compliant directions are free."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +65,7 @@ class Study:
     arm: Arm
     selection: Selection = _NONE
     frame: Transform = _AT_T6
-    law: Law = Law.HYBRID
+    law: ControlLaw = ControlLaw.HYBRID
     natural: tuple[float, ...] = ()
     damping_ratio: float = DAMPING_RATIO
     rate_hz: float = 250.0
@@ -108,7 +93,7 @@ class Study:
         ):
             if not low <= value <= high:
                 raise RfmsError(f"{name} {value:g} is not in {low:g}..{high:g}")
-        if self.law is Law.WEIGHTED and len(set(self.natural)) > 1:
+        if self.law is ControlLaw.WEIGHTED and len(set(self.natural)) > 1:
             raise RfmsError(
                 f"law weighted has one natural frequency for all joints, not {self.natural}"
             )
@@ -165,7 +150,7 @@ class Analyst:
         loop, period = self._loop(rows, J, M), 1.0 / self.study.rate_hz
         values, sampled = poles(loop), sampled_poles(loop, period)
         named: tuple[str, ...] = ()
-        if rows.projection is not None and self.study.law is not Law.FREE_JOINT:
+        if rows.projection is not None and self.study.law is not ControlLaw.FREE_JOINT:
             found = conflicts(rows.projection, J, self.study.selection)
             named = tuple(str(conflict) for conflict in found)
         return Analysis(
@@ -192,11 +177,11 @@ class Analyst:
 
     def _rows(self, J: Matrix, M: Matrix) -> LawRows:
         study = self.study
-        if study.law is Law.POSITION:
+        if study.law is ControlLaw.POSITION:
             return position_rows(M)
-        if study.law is Law.STIFFNESS:
+        if study.law is ControlLaw.STIFFNESS:
             return stiffness_rows(J, self.stiffness, M, list(self.Kp))
-        if study.law is Law.FREE_JOINT:
+        if study.law is ControlLaw.FREE_JOINT:
             matching = match_joints(J, study.selection, self.length)
             return free_joint_rows(J, study.selection, matching.joints, M)
         return hybrid_rows(J, study.selection, M)
@@ -204,8 +189,8 @@ class Analyst:
     def _loop(self, rows: LawRows, J: Matrix, M: Matrix) -> Loop:
         study = self.study
         plant = M + study.payload * J[:3].T @ J[:3]
-        free = 0 if study.law is Law.POSITION else study.selection.size
-        if study.law is Law.WEIGHTED:
+        free = 0 if study.law is ControlLaw.POSITION else study.selection.size
+        if study.law is ControlLaw.WEIGHTED:
             loop = weighted_loop(
                 plant,
                 M,
@@ -217,7 +202,7 @@ class Analyst:
                 friction=self._friction,
             )
         else:
-            projects = study.law is not Law.STIFFNESS
+            projects = study.law is not ControlLaw.STIFFNESS
             loop = pid_loop(
                 plant,
                 rows.errors,

@@ -29,19 +29,24 @@ FRICTION_SPEED: Final = 2e-4
 """Desired speed, rad/s, up to which a joint counts as resting: friction keeps its last sign."""
 HOMING_PART: Final = 0.2
 """Homing speed over the joint's speed limit."""
+DITHER_PERIOD_S: Final = 0.032
+"""Of the dither, s: eight cycles at 250 Hz; a joint it frees moves a fraction of a millimetre."""
 STOPPING_PART: Final = 0.5
 """Deceleration of a controlled stop over the joint's acceleration limit."""
 
 Parameters = dict[Parameter, float]
 
 
-def joint_parameters(arm: Arm, friction_name: str, period_s: float) -> dict[int, Parameters]:
+def joint_parameters(
+    arm: Arm, friction_name: str, period_s: float, dither: float = 0.0
+) -> dict[int, Parameters]:
     """Parameters of joint nodes 1 to 6.
 
     Args:
         arm: the arm on the bus.
         friction_name: friction set the servos compensate.
         period_s: control period, s.
+        dither: part of the friction that complying joints dither with.
     """
     inertia = ArmDynamics(arm).inertia_matrix(arm.park)
     frictions = friction_set(arm, friction_name)
@@ -78,6 +83,9 @@ def joint_parameters(arm: Arm, friction_name: str, period_s: float) -> dict[int,
             Parameter.COARSE_ZERO: scale.coarse_zero,
             Parameter.INDEX_INTERVAL_COUNTS: float(drive.counts_per_revolution),
             Parameter.HOMING_SPEED: HOMING_PART * arm.speed_limits[i],
+            Parameter.DITHER_PART: dither,
+            Parameter.DITHER_PERIOD: DITHER_PERIOD_S,
+            Parameter.TORQUE_PER_FORCE_CODE: scale.torque_per_force_code,
         }
     return result
 
@@ -95,9 +103,11 @@ def gripper_parameters(arm: Arm, period_s: float) -> Parameters:
     }
 
 
-def all_parameters(arm: Arm, friction_name: str, period_s: float) -> dict[int, Parameters]:
+def all_parameters(
+    arm: Arm, friction_name: str, period_s: float, dither: float = 0.0
+) -> dict[int, Parameters]:
     """Parameters of nodes 1 to 7, rounded to the float32 they travel as."""
-    nodes = joint_parameters(arm, friction_name, period_s)
+    nodes = joint_parameters(arm, friction_name, period_s, dither)
     nodes[GRIPPER] = gripper_parameters(arm, period_s)
     number = struct.Struct("<f")
     return {

@@ -4,10 +4,13 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from rfms_can.compliance.selection import DIRECTIONS, Selection, SelectionError, parse_bias
 from rfms_can.errors import KinematicsError, ModeError
 from rfms_can.kinematics import Configuration
+from rfms_can.master.force.guards import DISTANCES
+from rfms_can.master.force.specification import NO_FORCE, NO_GUARD, Guard, Load
 from rfms_can.master.trajectory.segment import Transition
-from rfms_can.messages import ModeMessage
+from rfms_can.messages import ModeMessage, Vector6
 from rfms_can.wire.vocabulary import Mode
 
 
@@ -38,6 +41,9 @@ class MotionMode:
         transition: how the segment is entered.
         limits: what the correction of a reference may add.
         configuration: instead of the position's, or None.
+        comply: what complies and with what bias, or None: what the program has asked for.
+        guard: what stops the move.
+        load: what the hand holds, or None: what it held before.
     """
 
     name: str
@@ -51,6 +57,9 @@ class MotionMode:
     transition: Transition
     limits: Limits
     configuration: Configuration | None
+    comply: tuple[Selection, Vector6] | None = None
+    guard: Guard = NO_GUARD
+    load: Load | None = None
 
     @classmethod
     def from_message(cls, message: ModeMessage) -> "MotionMode":
@@ -77,6 +86,9 @@ class MotionMode:
             Transition[message.transition.upper()],
             Limits(message.acceleration, message.angular_acceleration),
             configuration,
+            _compliance(message),
+            _guard(message),
+            None if message.mass is None else Load(message.mass, message.mass_centre),
         )
 
 
@@ -114,3 +126,39 @@ def _check(message: ModeMessage) -> None:
             f"{name}: a cartesian transition leads into straight lines in space; give "
             f"interpolation 'cartesian', or transition 'joint'"
         )
+
+
+def _compliance(message: ModeMessage) -> tuple[Selection, Vector6] | None:
+    """What a mode complies in, and the bias along each direction."""
+    if message.comply is None:
+        return None
+    try:
+        selection, bias = parse_bias(" ".join(message.comply), list(message.comply.values()))
+    except SelectionError as error:
+        raise ModeError(f"mode {message.name!r}: {error}") from error
+    return selection, bias
+
+
+def _guard(message: ModeMessage) -> Guard:
+    """What stops a move with this mode."""
+    force, distance = message.stop_on_force, message.stop_on_distance
+    if force is None and distance is None:
+        return NO_GUARD
+    return Guard(
+        NO_FORCE if force is None else _bounds(message.name, "stop on force", force, DIRECTIONS),
+        NO_FORCE
+        if distance is None
+        else _bounds(message.name, "stop on distance", distance, DISTANCES),
+    )
+
+
+def _bounds(name: str, what: str, values: dict[str, float], words: tuple[str, ...]) -> Vector6:
+    for word, value in values.items():
+        if word not in words:
+            raise ModeError(
+                f"mode {name!r}: {what}: {word!r} is no direction: there are {', '.join(words)}"
+            )
+        if not 0.0 < value < math.inf:  # also NaN
+            raise ModeError(f"mode {name!r}: {what}: {word} {value} must be more than zero")
+    x, y, z, rx, ry, rz = (values.get(word, 0.0) for word in words)
+    return (x, y, z, rx, ry, rz)

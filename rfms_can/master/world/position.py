@@ -49,12 +49,13 @@ class Position:
         configuration: branch of the inverse solution.
     """
 
-    __slots__ = ("_comply", "_functions", "_goal", "_ring", "configuration", "name")
+    __slots__ = ("_comply", "_functions", "_goal", "_rides", "_ring", "configuration", "name")
 
     def __init__(self, name: str, ring: Ring, configuration: Configuration) -> None:
         self.name: Final = name
         self.configuration: Final = configuration
         self._ring: Final = ring
+        self._rides: Final = ring.comply <= ring.drive
         self._functions: list[Functional] = []
         self._solve()
 
@@ -74,15 +75,20 @@ class Position:
         """Whether a transform stands in the equation."""
         return any(link.name == transform for link in self._ring.links)
 
-    def compliance_frame(self, moment: Moment) -> Transform:
-        """The frame the arm complies in, seen from T6, when the arm is at the position.
+    def compliance_frame(self, moment: Moment, T6: Transform) -> Transform:
+        """The frame the arm complies in, seen from T6.
 
-        On the way there it is the same for a frame on the tool's side of the drive transform, as
-        the tool's own is.
+        One on the tool's side of the drive transform rides on the arm; any other stands in the
+        world, or moves as its transforms do, and is seen from where the arm is.
+
+        Args:
+            moment: when.
+            T6: where the arm is.
         """
         if self._current() != self._functions:
             self._solve()
-        return self._comply.at(moment)
+        frame = self._comply.at(moment)
+        return frame if self._rides else T6.inverse() @ frame
 
     def levers(self, moment: Moment) -> dict[str, float]:
         """How far, m, from its references is what they move.
@@ -103,7 +109,8 @@ class Position:
         ring = self._ring
         self._functions = self._current()
         left, right = Chain(self._bound(ring.left)), Chain(self._bound(ring.right))
-        self._comply = Chain(self._bound(ring.forwards(ring.comply)))
+        links = ring.forwards(ring.comply) if self._rides else ring.backwards(ring.comply)
+        self._comply = Chain(self._bound(links))
         self._goal: Goal = RingGoal(left, right)
         if left.constant and right.constant:
             nowhere = Moment(0)

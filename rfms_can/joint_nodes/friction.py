@@ -1,0 +1,114 @@
+"""Friction compensation: which way the joint moves, or will (f_i of Eq. 5.11).
+
+A rigid joint follows its set-point, so the desired velocity tells. A complying joint goes where it
+is pushed: while it moves the measured velocity tells; at rest, the torque that the servo pushes
+with. At rest in contact neither tells, and the force that reaches the environment is uncertain by
+the stiction (thesis V.5: "the maximum force control errors occur when manipulator is at rest").
+A declared dither helps: it compensates friction in one direction and the other in turn, by less
+than all of it, so that nothing moves but what is pushed from outside by the little that is left.
+"""
+
+from collections.abc import Mapping
+from typing import Final
+
+from rfms_can.wire.vocabulary import Parameter
+
+REVERSAL_S: Final = 0.25
+"""Time, s, in which the friction of a resting rigid joint turns to where its error is."""
+COMPLYING_PART: Final = 0.95
+"""Part of the friction that is compensated while the joint complies: all of it, and a little more
+than there is, would drive it on by itself."""
+MOVING_CODES: Final = 1.5
+"""Velocity ADC codes from which a complying joint counts as moving."""
+
+
+class FrictionCompensation:
+    """Torque that overcomes the friction of one joint.
+
+    Args:
+        parameters: the node's configuration.
+
+    Attributes:
+        resting: whether the last desired speed counted as rest.
+    """
+
+    __slots__ = (
+        "_coulomb",
+        "_dither",
+        "_half_wave",
+        "_moving",
+        "_negative",
+        "_positive",
+        "_reversal",
+        "_still",
+        "_viscous",
+        "_wave",
+        "resting",
+    )
+
+    def __init__(self, parameters: Mapping[Parameter, float]) -> None:
+        p = parameters
+        self._positive = p[Parameter.COULOMB_POSITIVE]
+        self._negative = p[Parameter.COULOMB_NEGATIVE]
+        self._viscous = p[Parameter.VISCOUS]
+        self._still = p[Parameter.FRICTION_SPEED]
+        self._reversal = (self._positive + self._negative) * p[Parameter.PERIOD] / REVERSAL_S
+        self._moving = MOVING_CODES * abs(p[Parameter.RATE_PER_CODE])
+        self._dither = p[Parameter.DITHER_PART]
+        self._wave = max(2, round(p[Parameter.DITHER_PERIOD] / p[Parameter.PERIOD]))
+        self._half_wave = self._wave // 2
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the direction of the last motion."""
+        self._coulomb = 0.0
+        self.resting = True
+
+    def rigid(self, speed: float) -> float:
+        """Torque at a desired speed (rad/s), Nm.
+
+        Signed by the desired velocity; at rest it stays as the last motion left it. A joint that
+        stops a little short then still has its friction overcome in the direction it came from
+        and creeps home, instead of sticking until the integral has grown to the stiction.
+        """
+        self.resting = False
+        if speed > self._still:
+            self._coulomb = self._positive
+        elif speed < -self._still:
+            self._coulomb = -self._negative
+        else:
+            self.resting = True
+        return self._coulomb + self._viscous * speed
+
+    def complying(self, desired: float, measured: float, push: float, cycle: int) -> float:
+        """Torque of a complying joint, Nm.
+
+        Args:
+            desired: commanded speed, rad/s.
+            measured: speed, rad/s.
+            push: speed, rad/s, at which the servo's torque would let the joint move.
+            cycle: number of the control cycle; the dither's clock.
+        """
+        moving = self._moving
+        speed = desired + push
+        if not -moving < measured < moving:
+            speed = measured
+        self.resting = False  # no integral to be kept back
+        part = max(-1.0, min(1.0, speed / moving)) if moving else (speed > 0.0) - (speed < 0.0)
+        size = self._positive if part > 0.0 else self._negative
+        self._coulomb = size * part
+        torque = COMPLYING_PART * size * part + self._viscous * speed
+        if self._dither:
+            up = cycle % self._wave < self._half_wave
+            left = self._dither * (1.0 - abs(part))
+            torque += left * (self._positive if up else -self._negative)
+        return torque
+
+    def turn(self, error: float) -> bool:
+        """Turn a resting joint's friction a step to where its error is; False if it is there."""
+        before = self._coulomb
+        if error > 0.0:
+            self._coulomb = min(before + self._reversal, self._positive)
+        else:
+            self._coulomb = max(before - self._reversal, -self._negative)
+        return self._coulomb != before

@@ -1,0 +1,91 @@
+"""The bias force as joint torques, open or closed loop (thesis V.5, Ch. VII).
+
+Open loop, tau = J^T S F: what reaches the environment is uncertain by the friction. Closed over the
+wrist sensor, tau = J^T S (F + k_p e + k_i int e) with e = F - what is felt. In contact a torque
+becomes a force at once, whatever the stiffness: so the integral does the work, and its gain is
+bounded by the delay of the bus alone (three periods from a torque to its reading).
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.compliance.selection import Selection
+from rfms_can.messages import Vector6
+
+Matrix = npt.NDArray[np.float64]
+
+PROPORTIONAL: Final = 0.1
+INTEGRAL_RATE: Final = 8.0
+"""k_i, 1/s."""
+INTEGRAL_LIMIT: Final[Vector6] = (60.0, 60.0, 60.0, 8.0, 8.0, 8.0)
+"""Largest correction, N and N m: what friction may need."""
+SLEW_PART: Final = 0.01
+"""Part of a joint's torque limit by which its bias may change, a cycle."""
+
+
+class BiasForce:
+    """Joint torques of a force to be exerted.
+
+    Args:
+        torque_limits: of the joints, Nm.
+        period_s: control period, s.
+        closed: whether the loop is closed over the sensor.
+
+    Attributes:
+        torque: what goes out, Nm (6).
+    """
+
+    __slots__ = ("_closed", "_integral", "_limit", "_rate", "_slew", "torque")
+
+    def __init__(self, torque_limits: Sequence[float], period_s: float, closed: bool) -> None:
+        self._slew = SLEW_PART * np.array(torque_limits)
+        self._rate = INTEGRAL_RATE * period_s
+        self._limit = np.array(INTEGRAL_LIMIT)
+        self._closed = closed
+        self.reset()
+
+    def reset(self) -> None:
+        """No torque at once."""
+        self.torque: Matrix = np.zeros(6)
+        self._integral = np.zeros(6)
+
+    def begin(self) -> None:
+        """Something else complies from now on: what the integral held was for another frame."""
+        self._integral[:] = 0.0
+
+    @property
+    def active(self) -> bool:
+        """Whether any torque is asked for."""
+        return bool(self.torque.any())
+
+    def push(
+        self, J: Matrix, selection: Selection, force: Sequence[float], felt: Sequence[float]
+    ) -> None:
+        """One cycle with a force to exert.
+
+        Args:
+            J: (6, 6), Jacobian of the compliance frame.
+            selection: what complies.
+            force: to be exerted on what the tool touches, N and N m, in the compliance frame.
+            felt: what is, likewise; used if the loop is closed.
+        """
+        asked = np.asarray(force)
+        if self._closed:
+            missing = np.where(selection.mask, asked - np.asarray(felt), 0.0)
+            self._integral = np.clip(
+                self._integral + self._rate * missing, -self._limit, self._limit
+            )
+            asked = asked + PROPORTIONAL * missing + self._integral
+        self._towards(J.T @ np.where(selection.mask, asked, 0.0))
+
+    def relax(self) -> None:
+        """One cycle without: the torque goes back to none."""
+        self._integral[:] = 0.0
+        if self.active:
+            self._towards(np.zeros(6))
+
+    def _towards(self, wanted: Matrix) -> None:
+        self.torque = self.torque + np.clip(wanted - self.torque, -self._slew, self._slew)

@@ -1,0 +1,127 @@
+"""COMPLY: where compliance has let the arm go to, as a transform of the position equation (V.5).
+
+T6 = L D(r) COMPLY R: what the nodes ignore of their errors, -S J dtheta in the compliance frame, is
+added to COMPLY each cycle, so that the set-point goes where the arm was let go to. The commanded
+trajectory itself, its rate and acceleration, stays free of it: encoder counts differenced twice
+would be accelerations of thousands of codes. What travels is the difference it makes in each joint.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.arm import Arm
+from rfms_can.compliance.selection import Selection
+from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
+from rfms_can.master.force.fade import Fade
+from rfms_can.messages import Vector6
+from rfms_can.transform import Transform, small_motion
+
+Matrix = npt.NDArray[np.float64]
+
+FARTHEST: Final = 0.2
+"""Displacement, m, at which compliance has gone astray."""
+FARTHEST_TURN: Final = 0.6
+"""The same, rad."""
+_IDENTITY: Final = Transform.identity()
+
+
+class Comply:
+    """COMPLY of one arm, and the joint displacements that it means.
+
+    Attributes:
+        transform: COMPLY, seen from T6: the displaced T6 is the commanded one times this.
+        displacement: what it makes of the joint angles, rad (6), at the last set-point.
+    """
+
+    __slots__ = ("_arm", "_fade", "_solve", "displacement", "transform")
+
+    def __init__(self, arm: Arm) -> None:
+        self._arm = arm
+        self._solve = InverseKinematics(arm).solve
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing has been let go."""
+        self.transform = _IDENTITY
+        self.displacement: tuple[float, ...] = (0.0,) * 6
+        self._fade: Fade | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether set-points are displaced."""
+        return self.transform is not _IDENTITY
+
+    def take(self, errors: Sequence[float], J: Matrix, selection: Selection, E: Transform) -> None:
+        """Add what the nodes ignore of their errors.
+
+        Args:
+            errors: the six joint errors, rad: set-point less encoder.
+            J: (6, 6), Jacobian of the compliance frame.
+            selection: what complies in the cycle of these errors.
+            E: the compliance frame in T6.
+        """
+        if self._fade is not None:
+            self._fade = None  # complies again before it was back: go on from here
+        dx, dy, dz, rx, ry, rz = np.where(selection.mask, -(J @ errors), 0.0).tolist()
+        angle = math.sqrt(rx * rx + ry * ry + rz * rz)
+        step = Transform.translation(dx, dy, dz)
+        if angle > 0.0:
+            step = step @ Transform.rotation((rx / angle, ry / angle, rz / angle), angle)
+        self.transform = _rigid(self.transform @ E @ step @ E.inverse())
+
+    def fade(self, limits: Sequence[tuple[float, float]], least: int) -> None:
+        """Let the set-point go back to the commanded trajectory, once the arm is rigid.
+
+        Args:
+            limits: speed and acceleration of each joint that it may add, per cycle and cycle^2.
+            least: cycles it takes at least.
+        """
+        if self.active and self._fade is None:
+            self._fade = Fade(self.displacement, limits, least)
+
+    def follow(self, theta: Joints) -> tuple[float, ...]:
+        """The joint displacements beside the commanded joint angles ``theta``, rad.
+
+        Raises:
+            KinematicsError: the displaced pose cannot be reached.
+        """
+        if not self.active:
+            return self.displacement
+        if self._fade is not None:
+            self.displacement = self._fade.step()
+            if self._fade.over:
+                self.reset()
+            return self.displacement
+        near = [t + d for t, d in zip(theta, self.displacement, strict=True)]
+        pose = direct(self._arm, theta) @ self.transform
+        q = self._solve(pose, configuration_of(self._arm, theta), near)
+        self.displacement = tuple(a - b for a, b in zip(q, theta, strict=True))
+        return self.displacement
+
+    def amount(self, E: Transform) -> Vector6:
+        """How far the compliance frame has been let go, along its own axes: m and rad (6)."""
+        return small_motion(E.inverse() @ self.transform @ E)
+
+    def astray(self) -> str | None:
+        """Why it has gone too far, or None."""
+        gone = self.transform
+        distance = math.hypot(gone.px, gone.py, gone.pz)
+        turn = math.acos(max(-1.0, min(1.0, 0.5 * (gone.nx + gone.oy + gone.az - 1.0))))
+        if distance <= FARTHEST and turn <= FARTHEST_TURN:
+            return None
+        return (
+            f"compliance has let the arm go {distance:.3f} m and {turn:.2f} rad astray, "
+            f"{FARTHEST:g} m and {FARTHEST_TURN:g} rad at most: comply only where the task holds "
+            f"the arm, or stop it by a distance"
+        )
+
+
+def _rigid(pose: Transform) -> Transform:
+    """The pose with o and a unit and upright on one another: products wear them off."""
+    return Transform.from_o_a_p(
+        (pose.ox, pose.oy, pose.oz), (pose.ax, pose.ay, pose.az), (pose.px, pose.py, pose.pz)
+    )

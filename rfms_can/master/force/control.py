@@ -1,0 +1,270 @@
+"""Force control at the end of a cycle: what complies, COMPLY, the bias force, guarded moves.
+
+Cycle k is over: its errors are known, and what was felt. From them come the specification of the
+next rows, the displacement and the bias torques that go out with the set-point of cycle k+1. Rows
+act one SYNC after they have gone out, so what the nodes complied in is that of the set in force,
+not that of the rows asked for.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.arm import Arm, friction_set
+from rfms_can.compliance import (
+    ControlLaw,
+    cartesian_error,
+    cartesian_part,
+    compliance_jacobian,
+)
+from rfms_can.compliance.selection import DIRECTIONS
+from rfms_can.kinematics import Joints, direct, jacobian
+from rfms_can.master.force.bias import BiasForce
+from rfms_can.master.force.comply import Comply
+from rfms_can.master.force.felt import Felt
+from rfms_can.master.force.guards import Guards, reached_force
+from rfms_can.master.force.specification import (
+    NO_FORCE,
+    RIGID,
+    Compliance,
+    Guard,
+    Specification,
+)
+from rfms_can.master.force.wrench import in_frame
+from rfms_can.master.math_processor import MathProcessor
+from rfms_can.messages import Vector6
+from rfms_can.transform import Transform, differential_transform
+
+Matrix = npt.NDArray[np.float64]
+
+BIAS_PART: Final = 0.8
+"""Part of a joint's torque limit that a bias force may take: gravity and friction need the rest."""
+FADE_PART: Final = 0.2
+"""Part of a joint's speed and acceleration limits that the way back from compliance may take."""
+
+
+class Asked(NamedTuple):
+    """The move under way, as force control sees it.
+
+    Attributes:
+        sequence: its number.
+        specification: what it asks for.
+        frame: its compliance frame in T6, for a pose of T6.
+        acceleration_time: t_acc, s.
+    """
+
+    sequence: int
+    specification: Specification
+    frame: Callable[[Transform], Transform]
+    acceleration_time: float
+
+
+class Settings(NamedTuple):
+    """How the arm complies.
+
+    Attributes:
+        law: the control law.
+        closed: whether the force loop is closed over the wrist sensor.
+        friction: name of the friction set the servos compensate.
+        Kp: gains of the six nodes, N m/rad.
+    """
+
+    law: ControlLaw
+    closed: bool
+    friction: str
+    Kp: tuple[float, ...]
+
+
+class ForceControl:
+    """What the master does beside the set-points.
+
+    Attributes:
+        comply: COMPLY.
+        felt: the wrench of the hand on the world.
+        guards: stop on force and on distance.
+        force: what is felt in the compliance frame of the move under way, N and N m.
+        complied: how far its compliance frame has been let go, m and rad.
+    """
+
+    def __init__(self, arm: Arm, math: MathProcessor, settings: Settings, period_s: float) -> None:
+        self._arm = arm
+        self._math = math
+        self._law = settings.law
+        self._Kp = np.array(settings.Kp)
+        self._period = period_s
+        self._fades = tuple(
+            (FADE_PART * speed * period_s, FADE_PART * acceleration * period_s * period_s)
+            for speed, acceleration in zip(arm.speed_limits, arm.acceleration_limits, strict=True)
+        )
+        limits = [drive.torque_limit for drive in arm.drives]
+        self.comply = Comply(arm)
+        self.felt = Felt(friction_set(arm, settings.friction), period_s)
+        self.guards = Guards()
+        self._bias = BiasForce(limits, period_s, settings.closed)
+        self._asked: Asked | None = None
+        self._extra = np.zeros(6)
+        self.force: Vector6 = NO_FORCE
+        self.complied: Vector6 = NO_FORCE
+
+    def reset(self) -> None:
+        """The arm is enabled: it is rigid, and nothing has been let go."""
+        self.comply.reset()
+        self._bias.reset()
+        self.guards.reset()
+        self._asked = None
+        self._extra[:] = 0.0
+        self._math.compliance = Compliance()
+
+    def close(
+        self, asked: Asked | None, q: Sequence[float], errors: Sequence[float], in_force: Compliance
+    ) -> str | None:
+        """Take what cycle k has brought.
+
+        Args:
+            asked: the move under way, or None before the first; after a stop the one before.
+            q: measured joint angles, rad.
+            errors: joint errors, rad.
+            in_force: what the rows complied in.
+
+        Returns:
+            Why the move is to be stopped, or None.
+        """
+        if asked is None:
+            return None
+        began = self._asked is None or asked.sequence != self._asked.sequence
+        self._asked = asked
+        if not began and self._is_idle(asked.specification, in_force):
+            return None
+        T6 = direct(self._arm, q)
+        frame = asked.frame(T6)
+        self._specify(asked.specification, frame)
+        self.force = in_frame(self.felt.wrench, frame)
+        J = compliance_jacobian(self._math.J, frame)
+        if in_force.selection.size and self._law is not ControlLaw.POSITION:
+            there = compliance_jacobian(self._math.J, in_force.frame)
+            self.comply.take(errors, there, in_force.selection, in_force.frame)
+        elif asked.specification.selection == RIGID:
+            least = round(2.0 * asked.acceleration_time / self._period)
+            self.comply.fade(self._fades, least)
+        self.complied = self.comply.amount(frame)
+        self._push(asked.specification, J, q, errors, frame)
+        if began:
+            self.guards.begin(asked.specification.guard, T6 @ frame)
+        return self.guards.watch(asked.sequence, self.force, T6 @ frame)
+
+    def refusal(self, asked: Asked, theta: Joints, rests: bool) -> str | None:
+        """Why what a move asks for cannot be done, or None.
+
+        Args:
+            asked: the move.
+            theta: joint angles it is judged at, rad.
+            rests: whether the arm rests there now, so that what is felt is what it would start in.
+        """
+        specification = asked.specification
+        if not specification.guard.active and specification.bias == NO_FORCE:
+            return None
+        frame = asked.frame(direct(self._arm, theta))
+        at_T6 = np.array(jacobian(self._arm, theta))
+        J = compliance_jacobian(at_T6, frame)
+        return self._too_strong(J, specification.bias) or self._trips_at_once(
+            specification.guard, at_T6, frame, rests
+        )
+
+    def _too_strong(self, J: Matrix, bias: Vector6) -> str | None:
+        for joint, torque in enumerate((J.T @ np.array(bias)).tolist(), start=1):
+            limit = BIAS_PART * self._arm.drives[joint - 1].torque_limit
+            if abs(torque) > limit:
+                words = ", ".join(
+                    f"{name} {value:g}"
+                    for name, value in zip(DIRECTIONS, bias, strict=True)
+                    if value
+                )
+                return (
+                    f"the bias {words} takes {abs(torque):.1f} Nm of joint {joint}, which has "
+                    f"{limit:.1f} Nm for it: ask for {limit / abs(torque):.2g} of it or less"
+                )
+        return None
+
+    def _trips_at_once(self, guard: Guard, J: Matrix, frame: Transform, rests: bool) -> str | None:
+        if self.felt.sensed:
+            reached = reached_force(guard, in_frame(self.felt.wrench, frame)) if rests else None
+            return reached and f"its stop condition holds already: {reached}"
+        unsure = np.abs(
+            np.array(differential_transform(frame.inverse())).T
+        ) @ self.felt.uncertainty(J)
+        for name, bound, least in zip(DIRECTIONS, guard.force, unsure.tolist(), strict=True):
+            if 0.0 < bound < least:
+                return (
+                    f"stop on force {name} {bound:g}: without a wrist sensor friction hides up to "
+                    f"{least:.3g} there; give more, or run with a sensor"
+                )
+        return None
+
+    def follow(self, theta: Joints) -> tuple[float, ...] | None:
+        """Joint displacements beside the commanded ``theta`` (6, rad); None if there are none.
+
+        Raises:
+            KinematicsError: the displaced pose cannot be reached.
+        """
+        if not self.comply.active:
+            return None
+        return self.comply.follow(theta)
+
+    @property
+    def bias(self) -> list[float] | None:
+        """Bias torques, Nm (6); None if there are none."""
+        if not self._bias.active and not self._extra.any():
+            return None
+        torque: list[float] = (self._bias.torque + self._extra).tolist()
+        return torque
+
+    def _is_idle(self, specification: Specification, in_force: Compliance) -> bool:
+        """Whether there is nothing to do: the arm is rigid, and nobody asks what it meets."""
+        return (
+            specification.selection == RIGID == in_force.selection
+            and not specification.guard.active
+            and not self.felt.sensed
+            and not self.comply.active
+            and not self._bias.active
+        )
+
+    def _specify(self, specification: Specification, frame: Transform) -> None:
+        """What the next rows are for; a frame that moves with the arm is followed."""
+        math, selection = self._math, specification.selection
+        now = math.compliance
+        if specification.load is not None and specification.load != math.load:
+            math.load = specification.load
+            math.compliance = now = now.changed(now.selection, now.frame)
+        if selection != now.selection or (selection.size and _is_elsewhere(frame, now.frame)):
+            math.compliance = now.changed(selection, frame)
+            self._bias.begin()
+        elif selection.size:
+            math.compliance = now._replace(frame=frame)
+
+    def _push(
+        self,
+        specification: Specification,
+        J: Matrix,
+        q: Sequence[float],
+        errors: Sequence[float],
+        frame: Transform,
+    ) -> None:
+        selection = specification.selection
+        self._extra[:] = 0.0
+        if not selection.size or self._law is ControlLaw.POSITION:
+            self._bias.relax()
+            return
+        self._bias.push(J, selection, specification.bias, self.force)
+        if self._law is ControlLaw.RAIBERT_CRAIG:
+            theta = [a + e for a, e in zip(q, errors, strict=True)]
+            dx = cartesian_error(direct(self._arm, theta), direct(self._arm, q), frame)
+            rows = self._math.complying.last
+            if rows is not None:
+                self._extra = self._Kp * cartesian_part(J, rows.errors, dx, np.asarray(errors))
+
+
+def _is_elsewhere(a: Transform, b: Transform) -> bool:
+    """Whether a compliance frame is another one, and not the same a cycle later."""
+    return any(abs(x - y) > 0.02 for x, y in zip(a, b, strict=True))

@@ -1,0 +1,117 @@
+"""What the hand does to the world: read from the wrist sensor, or guessed from the joint torques.
+
+The sensor sits between hand and tool and reads what the hand does to the tool: the tool's weight is
+in it, and a bias. Without one, what the motors do beyond gravity, inertia and friction is what
+reaches the world: as uncertain as the friction is.
+"""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from rfms_can.arm import JointFriction
+from rfms_can.master.force.specification import NO_FORCE, Load
+from rfms_can.master.force.wrench import weight
+from rfms_can.messages import Vector6
+from rfms_can.transform import Transform
+
+Matrix = npt.NDArray[np.float64]
+
+TARE_CYCLES: Final = 25
+"""Readings that a tare averages."""
+GUESS_TIME_S: Final = 0.04
+"""Time constant of a force guessed from torques."""
+
+
+class Felt:
+    """The wrench of the hand on the world, at T6 along its axes.
+
+    Args:
+        friction: what the servos compensate, per joint.
+        period_s: control period, s.
+
+    Attributes:
+        sensed: whether a sensor's readings have come.
+        wrench: N and N m (6), weight and bias taken out.
+    """
+
+    def __init__(self, friction: Sequence[JointFriction], period_s: float) -> None:
+        self._friction = friction
+        self._share = period_s / (GUESS_TIME_S + period_s)
+        self.reset()
+
+    def reset(self) -> None:
+        """Before the first reading."""
+        self.sensed = False
+        self.wrench: Vector6 = NO_FORCE
+        self._bias: Vector6 = NO_FORCE
+        self._sum = np.zeros(6)
+        self._left = 0
+        self._guess = np.zeros(6)
+
+    def tare(self) -> None:
+        """Take the next readings for the sensor's bias: the tool touches nothing."""
+        self._sum[:] = 0.0
+        self._left = TARE_CYCLES
+
+    @property
+    def taring(self) -> bool:
+        """Whether a tare is under way."""
+        return self._left > 0
+
+    def read(self, reading: Sequence[float], load: Load, T6: Transform) -> None:
+        """Take a reading of the sensor, (6,), N and N m."""
+        self.sensed = True
+        pulled = weight(load, T6)
+        pushed = [r + w for r, w in zip(reading, pulled, strict=True)]
+        if self._left:
+            self._sum += pushed
+            self._left -= 1
+            if not self._left:
+                b1, b2, b3, b4, b5, b6 = (self._sum / TARE_CYCLES).tolist()
+                self._bias = (b1, b2, b3, b4, b5, b6)
+        w1, w2, w3, w4, w5, w6 = (p - b for p, b in zip(pushed, self._bias, strict=True))
+        self.wrench = (w1, w2, w3, w4, w5, w6)
+
+    def guess(
+        self,
+        torques: Sequence[float],
+        rates: Sequence[float],
+        accelerations: Sequence[float],
+        J: Matrix,
+        M: Matrix,
+        gravity: Matrix,
+    ) -> None:
+        """Guess it from what the motors do: tau = J^T f + g + M q'' + friction.
+
+        Args:
+            torques: of the motors, Nm (6).
+            rates, accelerations: commanded, rad/s and rad/s2 (6).
+            J: (6, 6), Jacobian in the T6 frame.
+            M: (6, 6), inertia, kg m2.
+            gravity: (6,), Nm.
+        """
+        rubbed = [
+            friction.viscous * rate
+            + (
+                friction.coulomb_positive
+                if rate > 0.0
+                else -friction.coulomb_negative
+                if rate < 0.0
+                else 0.0
+            )
+            for friction, rate in zip(self._friction, rates, strict=True)
+        ]
+        left = np.subtract(torques, rubbed) - gravity - M @ np.asarray(accelerations)
+        wrench = np.linalg.lstsq(J.T, left, rcond=1e-3)[0]
+        self._guess += self._share * (wrench - self._guess)
+        g1, g2, g3, g4, g5, g6 = self._guess.tolist()
+        self.wrench = (g1, g2, g3, g4, g5, g6)
+
+    def uncertainty(self, J: Matrix) -> Matrix:
+        """What a guess may be wrong by, (6,), N and N m at T6: friction one does not know of."""
+        coulomb = [max(f.coulomb_positive, f.coulomb_negative) for f in self._friction]
+        size: Matrix = np.abs(np.linalg.pinv(J.T, rcond=1e-3)) @ np.array(coulomb)
+        return size

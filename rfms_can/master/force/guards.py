@@ -1,0 +1,80 @@
+"""Guarded moves: stop on force and stop on distance (stpsel and dissel of the thesis' MODE).
+
+A move is stopped where a force that it meets, or the way that its compliance frame has gone since
+the move took over, reaches what the mode says, in whichever sense. It then counts as over.
+"""
+
+from collections.abc import Sequence
+
+from rfms_can.compliance.selection import DIRECTIONS
+from rfms_can.master.force.specification import NO_FORCE, Guard
+from rfms_can.transform import Transform, small_motion
+
+DISTANCES = ("dx", "dy", "dz", "rx", "ry", "rz")
+"""Words of distances along and about the axes of the compliance frame."""
+
+
+class Guards:
+    """Watches one move.
+
+    Attributes:
+        tripped: why the last guarded move was stopped, or None.
+    """
+
+    __slots__ = ("_guard", "_origin", "tripped")
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing is guarded."""
+        self._guard: Guard | None = None
+        self._origin = Transform.identity()
+        self.tripped: str | None = None
+
+    def begin(self, guard: Guard, frame: Transform) -> None:
+        """A move takes over: its compliance frame is at ``frame`` in the base."""
+        self._guard = guard if guard.active else None
+        self._origin = frame.inverse()
+        if guard.active:
+            self.tripped = None
+
+    def watch(self, sequence: int, force: Sequence[float], frame: Transform) -> str | None:
+        """One cycle; why the move is to be stopped, or None.
+
+        Args:
+            sequence: of the move.
+            force: felt in the compliance frame, N and N m.
+            frame: the compliance frame in the base.
+        """
+        guard = self._guard
+        if guard is None:
+            return None
+        reason = reached_force(guard, force)
+        if reason is None and guard.distance != NO_FORCE:
+            reason = _reached(guard.distance, small_motion(self._origin @ frame), DISTANCES, _WAYS)
+        if reason is not None:
+            self._guard = None
+            self.tripped = f"move {sequence}: {reason}"
+        return reason
+
+
+_FORCES = ("N", "N", "N", "N m", "N m", "N m")
+_WAYS = ("m", "m", "m", "rad", "rad", "rad")
+
+
+def reached_force(guard: Guard, force: Sequence[float]) -> str | None:
+    """Which force has been reached, in words, or None."""
+    return _reached(guard.force, force, DIRECTIONS, _FORCES)
+
+
+def _reached(
+    bounds: Sequence[float],
+    values: Sequence[float],
+    names: Sequence[str],
+    units: Sequence[str],
+) -> str | None:
+    for bound, value, name, unit in zip(bounds, values, names, units, strict=True):
+        if bound and abs(value) >= bound:
+            return f"{name} {value:.3g} {unit} reached {bound:g} {unit}"
+    return None
