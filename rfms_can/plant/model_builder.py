@@ -37,6 +37,9 @@ FRICTION_IMPEDANCE_RATIO: Final = 1e4
 """MuJoCo's impratio. A contact that sticks creeps in MuJoCo, by w / (impratio SLIDING_RATE): 1.4
 micrometres a second under each newton."""
 
+DEPTH_TOLERANCE: Final = 1e-9
+"""Of MuJoCo's contact depth, m. Its usual one, a micrometre, is 10 N."""
+
 
 def compile_model(
     arm: Arm, friction: Sequence[JointFriction], physics_step_s: float, scene: Scene
@@ -104,6 +107,7 @@ def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Put the scene's fixtures around the arm."""
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_IMPEDANCE_RATIO
+    spec.option.ccd_tolerance = DEPTH_TOLERANCE
     for shape in scene.fixtures:
         _add_shape(spec.worldbody, shape)
 
