@@ -18,8 +18,10 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 
-MARGIN: Final = 3e-5
-"""How far the tool may move between two looks, m: at 10 mm/s that is every few milliseconds."""
+NARROWEST: Final = 2e-6
+"""How far the tool may move between two looks, m, at the least;"""
+STEPS_AHEAD: Final = 4.0
+"""and how many steps as long as the last one."""
 REACH: Final = 1.2
 """Bound of the distance from the axes of joints 1 to 3 to any point of the tool, m."""
 MANY: Final = 16
@@ -69,6 +71,7 @@ class Nearness:
         turns_in_itself = not offset[:2].any() and model.geom_quat[self._tool][0] == 1.0
         self._levers = (*(REACH,) * 3, wrist, wrist, 0.0 if turns_in_itself else wrist)
         self._left = 0.0
+        self._slower = 0.0  # a look in haste shows much: look again when steps are this short
         self.look()
 
     def distance(self) -> float:
@@ -94,16 +97,13 @@ class Nearness:
             return
         step = step_s * sum(map(mul, self._levers, map(abs, qd)))
         self._left -= step
-        if self._left <= 0.0:
-            self.look(step)
-            self._left = MARGIN
+        if self._left <= 0.0 or step < self._slower:
+            self._left = max(NARROWEST, STEPS_AHEAD * step)
+            self._slower = 0.25 * step if step > NARROWEST else 0.0
+            self.look(self._left + step)  # MuJoCo has the tool where it was a step ago
 
-    def look(self, step: float = 0.0) -> None:
-        """Hide the pairs that a plane separates, show the others.
-
-        Args:
-            step: how far the tool may be from where MuJoCo has it, m: one step behind.
-        """
+    def look(self, margin: float = NARROWEST) -> None:
+        """Hide the pairs that a plane separates by more than a margin, m, show the others."""
         if not self._worthwhile:
             return
         along = self._normals @ self._turns[self._tool][2::3]  # cosines of the tool's axis
@@ -112,7 +112,7 @@ class Nearness:
         gap -= self._length * np.abs(along)
         gap -= self._radius * np.sqrt(np.maximum(1.0 - along * along, 0.0))
         separate = gap.reshape(-1, len(_NORMALS)).max(axis=1)
-        self._margin[:] = np.where(separate > MARGIN + step, self._hidden, 0.0)
+        self._margin[:] = np.where(separate > margin, self._hidden, 0.0)
 
 
 def _boxes(model: mujoco.MjModel, geoms: npt.NDArray[np.int32]) -> Floats:
