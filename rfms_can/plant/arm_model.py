@@ -9,7 +9,7 @@ import ctypes
 from collections.abc import Sequence
 from math import inf
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -18,7 +18,7 @@ from rfms_can.arm import JOINTS, Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.contact import ContactReader, Contacts
 from rfms_can.plant.friction import DryFriction
-from rfms_can.plant.model_builder import WRIST_FORCE, WRIST_TORQUE, compile_model
+from rfms_can.plant.model_builder import TIP, WRIST_FORCE, WRIST_TORQUE, compile_model
 from rfms_can.plant.nearness import Nearness
 from rfms_can.plant.scene import FREE, Scene
 
@@ -68,6 +68,7 @@ class ArmModel:
                 self._data.sensor(WRIST_FORCE).data,
                 self._data.sensor(WRIST_TORQUE).data,
             )
+        self._tip = self._data.site("t6" if scene.tool is None else TIP)
         self._contacts = ContactReader(self._model, self._data)
         self._near: Nearness | None = None
         self.q = [0.0] * JOINTS
@@ -158,7 +159,14 @@ class ArmModel:
 
     def wrist_pose(self) -> list[list[float]]:
         """T6 at the last step: rows of [n o a p], (3, 4)."""
-        site = self._data.site("t6")
+        return self._site(self._data.site("t6"))
+
+    def tip_pose(self) -> list[list[float]]:
+        """The tool's tip at the last step, T6 without a tool: rows of [n o a p], (3, 4)."""
+        return self._site(self._tip)
+
+    @staticmethod
+    def _site(site: Any) -> list[list[float]]:
         pose = np.column_stack((site.xmat.reshape(3, 3), site.xpos))
         rows: list[list[float]] = pose.tolist()
         return rows

@@ -11,9 +11,11 @@ from rfms_can.arm import Arm, friction_set
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
 from rfms_can.plant.board import Board, Sample
+from rfms_can.plant.contact import Contacts
 from rfms_can.plant.jaw import Jaw
 from rfms_can.plant.scene import FREE, Scene
 from rfms_can.plant.wrist_sensor import WristSensor
+from rfms_can.transform import Transform
 
 PHYSICS_STEPS_NS: Final = (1_000_000, 500_000, 250_000, 200_000, 100_000)
 """Physics steps the plant knows, largest first; 1 ms at most."""
@@ -91,6 +93,7 @@ class PlantPhysics:
         self.steps_per_period, self.step_s = self._near
         self.model = ArmModel(arm, friction_set(arm, friction_name), self.step_s, scene)
         self._sensor = sensor
+        self._place = scene.place.inverse()
         if initial_q is not None:
             self.model.reset(initial_q)
         self._boards = tuple(Board(arm, joint, q) for joint, q in enumerate(self.model.q))
@@ -148,6 +151,15 @@ class PlantPhysics:
     def true_force(self) -> list[float]:
         """What the hand does to the tool at T6, (6,), N and Nm."""
         return self.model.wrist_force()
+
+    def contact_force(self) -> Contacts:
+        """What the fixtures do to the tool, along the axes of its tip."""
+        return self.model.contact_force()
+
+    def tip_in_place(self) -> Transform:
+        """The tool's tip (T6 without one), seen from where the task truly is."""
+        pose = Transform.from_rows(self.model.tip_pose())
+        return self._place @ pose
 
     def sample_force(self) -> list[float] | None:
         """The wrist sensor's reading, (6,), N and Nm; None without one."""
