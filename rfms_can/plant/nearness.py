@@ -16,6 +16,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from rfms_can.errors import PlantError
+
 Floats = npt.NDArray[np.float64]
 
 NARROWEST: Final = 2e-6
@@ -35,30 +37,35 @@ _NORMALS: Final = np.array(
 
 
 class Nearness:
-    """The tool's first shape against the fixtures.
+    """The tool's one solid shape against the fixtures.
 
     Args:
         model: of arm and scene; its pairs are of a fixture and a shape of the tool.
         data: its state.
+
+    Raises:
+        PlantError: the tool has more than one solid shape.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._margin = model.pair_margin
         fixtures, self._tool = model.pair_geom1, int(model.pair_geom2[0])
+        if (model.pair_geom2 != self._tool).any():
+            raise PlantError("a scene's tool has one solid shape: which of several may touch?")
         self._middles, self._turns = data.geom_xpos, data.geom_xmat
         sides = _boxes(model, fixtures)  # (n, 3)
         turns = data.geom_xmat[fixtures].reshape(-1, 3, 3)  # columns: axes of the boxes
-        places = data.geom_xpos[fixtures]  # (n, 3)
-        # Box n is what lies within _half of _centre along each of its three axes,
-        axes = turns.transpose(0, 2, 1)
+        places = self._places = data.geom_xpos[fixtures].copy()  # (n, 3)
+        # Fixture n lies within _half of _centre along its three axes,
+        axes = turns.transpose(2, 0, 1)
         self._axes: Floats = np.ascontiguousarray(axes.reshape(-1, 3))  # (3 n, 3)
-        self._centre: Floats = np.einsum("nij,nj->ni", axes, places).reshape(-1)  # (3 n,)
-        self._half: Floats = sides.reshape(-1)  # (3 n,)
-        # and within _reach of _level along each of the four normals.
-        normals = np.einsum("kj,nij->nki", _NORMALS, turns)
+        self._centre: Floats = np.einsum("inj,nj->in", axes, places)  # (3, n)
+        self._half: Floats = np.ascontiguousarray(sides.T)  # (3, n)
+        # and within _reach of _level along the four normals.
+        normals = np.einsum("kj,nij->kni", _NORMALS, turns)
         self._normals: Floats = np.ascontiguousarray(normals.reshape(-1, 3))  # (4 n, 3)
-        self._level: Floats = np.einsum("nki,ni->nk", normals, places).reshape(-1)  # (4 n,)
-        self._reach: Floats = (sides @ np.abs(_NORMALS).T).reshape(-1)  # (4 n,)
+        self._level: Floats = np.einsum("kni,ni->kn", normals, places)  # (4, n)
+        self._reach: Floats = np.abs(_NORMALS) @ self._half  # (4, n)
         self._bound = float(model.geom_rbound[self._tool])
         # MuJoCo passes a pair over if its balls are farther apart than their radii and the margin.
         self._hidden: Floats = -(model.geom_rbound[fixtures] + self._bound)
@@ -76,9 +83,9 @@ class Nearness:
 
     def distance(self) -> float:
         """Of the ball around the tool from the nearest box, m; 0 if they meet."""
-        beyond = np.abs(self._axes @ self._middles[self._tool] - self._centre) - self._half
-        np.maximum(beyond, 0.0, out=beyond)
-        squares = (beyond * beyond).reshape(-1, 3).sum(axis=1)
+        beyond = (self._axes @ self._middles[self._tool]).reshape(3, -1) - self._centre
+        beyond = np.maximum(np.abs(beyond) - self._half, 0.0)
+        squares = (beyond * beyond).sum(axis=0)
         return max(math.sqrt(squares.min()) - self._bound, 0.0)
 
     def show_all(self) -> None:
@@ -106,13 +113,17 @@ class Nearness:
         """Hide the pairs that a plane separates by more than a margin, m, show the others."""
         if not self._worthwhile:
             return
-        along = self._normals @ self._turns[self._tool][2::3]  # cosines of the tool's axis
-        gap = np.abs(self._normals @ self._middles[self._tool] - self._level)
-        gap -= self._reach
-        gap -= self._length * np.abs(along)
-        gap -= self._radius * np.sqrt(np.maximum(1.0 - along * along, 0.0))
-        separate = gap.reshape(-1, len(_NORMALS)).max(axis=1)
-        self._margin[:] = np.where(separate > margin, self._hidden, 0.0)
+        axis, middle = self._turns[self._tool][2::3], self._middles[self._tool]
+        along = (self._normals @ axis).reshape(4, -1)  # cosines of the tool's axis, (4, n)
+        across = np.sqrt(np.maximum(1.0 - along * along, 1e-12))
+        offset = (self._normals @ middle).reshape(4, -1) - self._level
+        gap = np.abs(offset) - self._reach - self._length * np.abs(along) - self._radius * across
+        # The same normals turned to stand on the tool's axis: then its length does not matter.
+        offset -= along * (axis @ middle - self._places @ axis)
+        turned = _NORMALS[:, :, None] - along[:, None, :] * (self._axes @ axis).reshape(3, -1)
+        reach = (np.abs(turned) * self._half).sum(axis=1)
+        np.maximum(gap, (np.abs(offset) - reach) / across - self._radius, out=gap)
+        self._margin[:] = np.where(gap.max(axis=0) > margin, self._hidden, 0.0)
 
 
 def _boxes(model: mujoco.MjModel, geoms: npt.NDArray[np.int32]) -> Floats:
