@@ -99,6 +99,16 @@ def test_a_pressed_ball_slides_without_leaving_and_rubs_as_stated(
     assert np.mean(rubs[100:300]) == approx(0.2, rel=0.02)
 
 
+def test_a_ball_that_sticks_creeps_by_less_than_a_micrometre_a_second_and_newton() -> None:
+    bench = SceneBench("surface")
+    bench.put(at(SURFACE))
+    pushed = [3.0, 0.0, 30.0, 0.0, 0.0, 0.0]  # within the cone
+    bench.control(at(SURFACE), 0.4, comply=[X, Z], force=pushed)
+    began = bench.tip.px
+    bench.control(at(SURFACE), 0.4, comply=[X, Z], force=pushed)
+    assert abs(bench.tip.px - began) / 0.4 / 3.0 < 1e-6
+
+
 @frictions
 def test_the_block_goes_along_one_wall_to_the_other_and_along_that(friction: str) -> None:
     """As Fig. 5.1 has it: y and turns about x and z are the wall's, then x and about y and z."""

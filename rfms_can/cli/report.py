@@ -13,6 +13,7 @@ from rich.table import Column, Table
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.session import Progress as OnProgress
 from rfms_can.rig.session import Session
+from rfms_can.rig.truth import SceneResult
 
 console = Console(stderr=True)
 """Progress and tables go to standard error: standard output is for what programs read."""
@@ -98,12 +99,28 @@ def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:
         load = f"measured {100 * result.bus_load:.1f} %"
     yield "bus load", ", ".join(filter(None, (load, bound)))
     yield "frames", str(result.frames)
+    if result.scene is not None:
+        yield from _scene_rows(result.scene)
     discarded = {name: count for name, count in result.discarded.items() if count}
     yield "discarded", ", ".join(f"{n}: {c}" for n, c in discarded.items()) or "0"
     yield "foreign", str(result.foreign)
     yield "lost", str(result.lost)
     if any(result.lateness):
         yield "SYNC lateness", _lateness(result.lateness)
+
+
+def _scene_rows(scene: SceneResult) -> Iterator[tuple[str, str]]:
+    yield "scene", scene.scene
+    yield "contact", f"{scene.contact_cycles} cycles, {1e3 * scene.largest_depth:.4f} mm deep"
+    across, along = scene.largest_lateral, scene.largest_axial
+    yield (
+        "",
+        f"up to {scene.largest_force:.1f} N: {across:.1f} N across, {along:.1f} N along the tool",
+    )
+    x, y, z = (1e3 * value for value in scene.tip)
+    touching = ", touching" if scene.touching else ""
+    lowest = f"lowest {1e3 * scene.lowest:.2f} mm"
+    yield "tip in its place", f"{x:.2f}, {y:.2f}, {z:.2f} mm{touching}; {lowest}"
 
 
 def _lateness(counts: list[int]) -> str:

@@ -7,8 +7,9 @@ friction, brakes and hard stops are :class:`~rfms_can.plant.friction.DryFriction
 import contextlib
 import ctypes
 from collections.abc import Sequence
+from math import inf
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -17,7 +18,8 @@ from rfms_can.arm import JOINTS, Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.contact import ContactReader, Contacts
 from rfms_can.plant.friction import DryFriction
-from rfms_can.plant.model_builder import WRIST_FORCE, WRIST_TORQUE, compile_model
+from rfms_can.plant.model_builder import TIP, WRIST_FORCE, WRIST_TORQUE, compile_model
+from rfms_can.plant.nearness import Nearness
 from rfms_can.plant.scene import FREE, Scene
 
 BRAKE_TORQUE_RATIO: Final = 4.0
@@ -66,10 +68,14 @@ class ArmModel:
                 self._data.sensor(WRIST_FORCE).data,
                 self._data.sensor(WRIST_TORQUE).data,
             )
+        self._tip = self._data.site("t6" if scene.tool is None else TIP)
         self._contacts = ContactReader(self._model, self._data)
+        self._near: Nearness | None = None
         self.q = [0.0] * JOINTS
         self.qd = [0.0] * JOINTS
         self.reset(arm.park)
+        if self._model.npair:
+            self._near = Nearness(self._model, self._data)
 
     def reset(self, q: Sequence[float], qd: Sequence[float] = (0.0,) * JOINTS) -> None:
         """Put the arm at ``q`` (6, rad) with speeds ``qd`` (6, rad/s), without friction history.
@@ -88,7 +94,27 @@ class ArmModel:
         self._qpos[:], self._qvel[:] = self.q, self.qd
         self._dry.reset()
         mujoco.mj_forward(self._model, self._data)
+        if self._near is not None:
+            self._near.look()
         self._raise_warning()
+
+    def see_everything(self) -> None:
+        """Hide no fixture from MuJoCo, for those who doubt that it makes no difference."""
+        if self._near is not None:
+            self._near.show_all()
+            self._near = None
+
+    def clearance(self) -> float:
+        """Of the ball around the tool from the nearest fixture, m: 0 where they may touch."""
+        return inf if self._near is None else self._near.distance()
+
+    def set_step(self, physics_step_s: float) -> None:
+        """Take steps of another length, s, from the state as it is."""
+        if physics_step_s != self._step_s:
+            self._step_s = self._model.opt.timestep = physics_step_s
+            self._dry.set_step(physics_step_s)
+            if self._near is not None:
+                self._near.show_all()
 
     def step(
         self, motor_torque: Sequence[float], brakes: Sequence[bool] = NO_BRAKES, steps: int = 1
@@ -100,14 +126,17 @@ class ArmModel:
         """
         model, data, dry, q = self._model, self._data, self._dry, self.q
         qpos, qvel, applied = self._qpos, self._qvel, self._applied
+        near, step_s = self._near, self._step_s
         dry.prepare(self._response(), brakes)
         try:
             for _ in range(steps):
                 applied[:] = [m + p for m, p in zip(motor_torque, dry.torque, strict=True)]
                 mujoco.mj_step(model, data)
-                self.qd = qvel.tolist()
-                dry.advance(self.qd, q)
-                qvel[:], qpos[:] = self.qd, q
+                self.qd = qd = qvel.tolist()
+                dry.advance(qd, q)
+                qvel[:], qpos[:] = qd, q
+                if near is not None:
+                    near.moved(qd, step_s)
         finally:  # MuJoCo's warning comes before what we may say of its consequences
             if any(self._warnings.tolist()):
                 self._raise_warning()
@@ -130,7 +159,14 @@ class ArmModel:
 
     def wrist_pose(self) -> list[list[float]]:
         """T6 at the last step: rows of [n o a p], (3, 4)."""
-        site = self._data.site("t6")
+        return self._site(self._data.site("t6"))
+
+    def tip_pose(self) -> list[list[float]]:
+        """The tool's tip at the last step, T6 without a tool: rows of [n o a p], (3, 4)."""
+        return self._site(self._tip)
+
+    @staticmethod
+    def _site(site: Any) -> list[list[float]]:
         pose = np.column_stack((site.xmat.reshape(3, 3), site.xpos))
         rows: list[list[float]] = pose.tolist()
         return rows

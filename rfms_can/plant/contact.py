@@ -39,7 +39,6 @@ class ContactReader:
         self._model, self._data = model, data
         self._tool = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, TOOL)
         self._body_of = model.geom_bodyid
-        self._wrench = np.zeros(6)
         if self._tool >= 0:
             site = data.site(TIP)
             self._origin, self._axes = site.xpos, site.xmat.reshape(3, 3)
@@ -49,16 +48,18 @@ class ContactReader:
         data = self._data
         if not data.ncon:
             return Contacts(0, _NOTHING, _NOTHING, 0.0)
-        force, torque, depth = np.zeros(3), np.zeros(3), 0.0
-        for index, contact in enumerate(data.contact):
-            mujoco.mj_contactForce(self._model, data, index, self._wrench)
-            # The force that the second body feels, along the rows of the contact's frame.
-            pushed = self._wrench[:3] @ contact.frame.reshape(3, 3)
-            if self._body_of[contact.geom2] != self._tool:
-                pushed = -pushed
-            force += pushed
-            torque += np.cross(contact.pos - self._origin, pushed)
-            depth = max(depth, -contact.dist)
+        contacts = data.contact
+        local = np.empty((data.ncon, 6))
+        for index in range(data.ncon):
+            mujoco.mj_contactForce(self._model, data, index, local[index])
+        # The force that the second body feels, along the rows of the contact's frame.
+        frames = contacts.frame.reshape(-1, 3, 3)
+        pushed = (local[:, :3, None] * frames).sum(axis=1)
+        pushed[self._body_of[contacts.geom[:, 1]] != self._tool] *= -1.0
+        (x, y, z), (fx, fy, fz) = (contacts.pos - self._origin).T, pushed.T
+        force = pushed.sum(axis=0)
+        torque = np.array([y @ fz - z @ fy, z @ fx - x @ fz, x @ fy - y @ fx])
+        depth = max(0.0, -float(contacts.dist.min()))
         return Contacts(data.ncon, _along(self._axes, force), _along(self._axes, torque), depth)
 
 

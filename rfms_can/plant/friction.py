@@ -7,10 +7,11 @@ the problem exactly (a mixed linear complementarity problem, as in Stewart and T
     v = 0 if p lies strictly between them,  v > 0 only at the lower,  v < 0 only at the upper
 
 where v* is the engine's velocity after the step with the friction torques p0 of the step before,
-and W the step times the inverse of the (damped) inertia matrix. Projected Gauss-Seidel from p0
-finds p: nothing to do while nothing changes, a few sweeps when a joint sticks or breaks away. A
-sticking joint's velocity is exactly 0.0. W is symmetric and positive definite, so the sweeps
-converge.
+and W the step times the inverse of the (damped) inertia matrix. Nothing is to do while nothing
+changes. While the load changes, as on a contact, mostly the same joints stick as before: one small
+linear system has their torques, and is right if all stay within bounds. When a joint sticks or
+breaks away, projected Gauss-Seidel from p0 finds p in a few sweeps. A sticking joint's velocity is
+exactly 0.0. W is symmetric and positive definite, so the sweeps converge.
 
 A brake is a friction with wide bounds. A hard stop bounds the velocity so that the joint ends the
 step on the stop at the latest, and is perfectly inelastic.
@@ -18,7 +19,10 @@ step on the stop at the latest, and is perfectly inelastic.
 
 from collections.abc import Sequence
 from math import inf
+from operator import mul
 from typing import Final
+
+import numpy as np
 
 from rfms_can.arm import JOINTS, JointFriction
 from rfms_can.errors import PlantError
@@ -52,7 +56,12 @@ class DryFriction:
         self._limits = tuple(joint_limits)
         self._step_s = step_s
         self._joints: list[Problem] = []
+        self._holding: dict[tuple[int, ...], list[list[float]]] = {}
         self.reset()
+
+    def set_step(self, step_s: float) -> None:
+        """Take physics steps of another length, s; what held the joints holds them on."""
+        self._step_s = step_s
 
     def reset(self) -> None:
         """Forget the torques of the step before."""
@@ -62,6 +71,7 @@ class DryFriction:
     def prepare(self, response: list[list[float]], brakes: Sequence[bool]) -> None:
         """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on."""
         self._joints.clear()
+        self._holding.clear()
         for i, joint in enumerate(self._friction):
             brake = self._brake_torque[i] if brakes[i] else 0.0
             low, high = -joint.coulomb_positive - brake, joint.coulomb_negative + brake
@@ -73,7 +83,7 @@ class DryFriction:
         Raises:
             PlantError: the sweeps do not settle, which only a wrong W or a NaN can cause.
         """
-        if not self._on_stop:
+        if not self._on_stop and not self._unchanged(speed) and not self._hold_on(speed):
             self._settle(speed, self._joints)
         if not self._on_stop and self._stays_in_range(speed, q):
             for i, v in enumerate(speed):
@@ -83,6 +93,60 @@ class DryFriction:
         for i, (lower, upper) in enumerate(self._limits):
             # Rounding may put a joint an ulp beyond the stop that bounds its speed.
             q[i] = min(max(q[i] + self._step_s * speed[i], lower), upper)
+
+    def _unchanged(self, speed: list[float]) -> bool:
+        """Whether the torques of the step before are right again; then what sticks is at rest."""
+        torque = self.torque
+        for i, inertia, _, low, high, _, _ in self._joints:
+            stopping = torque[i] - speed[i] * inertia
+            wanted = low if stopping < low else high if stopping > high else stopping
+            if not abs(wanted - torque[i]) <= SPEED_TOLERANCE * inertia:
+                return False
+        self._rest(speed, self._joints)
+        return True
+
+    def _hold_on(self, speed: list[float]) -> bool:
+        """Try to let just those joints stick that did: whether that obeys every law."""
+        joints, torque = self._joints, self.torque
+        held = tuple(i for i, _, _, low, high, _, _ in joints if low < torque[i] < high)
+        if not held:
+            return False
+        push = self._holding.get(held)
+        if push is None:
+            push = self._holding[held] = self._hold(held)
+        if not push:
+            return False
+        speeds = [speed[i] for i in held]
+        moved, pushed = speed[:], torque[:]
+        for i, row in zip(held, push, strict=True):
+            change = -sum(map(mul, row, speeds))
+            pushed[i] += change
+            _add_scaled(moved, joints[i][2], change)
+        for i, inertia, _, low, high, _, _ in joints:
+            if i in held:
+                if not low < pushed[i] < high:
+                    return False
+                moved[i] = 0.0
+            else:
+                stopping = pushed[i] - moved[i] * inertia
+                if not (stopping <= low if pushed[i] == low else stopping >= high):
+                    return False
+        speed[:], torque[:] = moved, pushed
+        return True
+
+    def _hold(self, held: tuple[int, ...]) -> list[list[float]]:
+        """Torque per speed that brings some joints to rest together, (n, n), Nms/rad.
+
+        The inverse of their part of W; empty where W is not positive definite: the sweeps then say
+        so.
+        """
+        rows = [[self._joints[i][2][j] for j in held] for i in held]
+        try:
+            root = np.linalg.inv(np.linalg.cholesky(rows))
+        except np.linalg.LinAlgError:
+            return []
+        push: list[list[float]] = (root.T @ root).tolist()
+        return push
 
     def _stays_in_range(self, speed: list[float], q: list[float]) -> bool:
         """Whether no joint ends the step beyond a stop."""
@@ -132,14 +196,18 @@ class DryFriction:
                     torque[i] = wanted
                     _add_scaled(speed, row, change)
             if settled:
-                for i, _, _, low, high, _, _ in joints:
-                    if low < torque[i] < high:
-                        speed[i] = 0.0
+                self._rest(speed, joints)
                 return
         raise PlantError(
             f"friction torques do not settle in {MAX_SWEEPS} sweeps at joint speeds {speed} "
             "rad/s: the inertia matrix is not positive definite, or a motor torque is not a number"
         )
+
+    def _rest(self, speed: list[float], joints: Sequence[Problem]) -> None:
+        """What sticks does not move: not by a rounding either."""
+        for i, _, _, low, high, _, _ in joints:
+            if low < self.torque[i] < high:
+                speed[i] = 0.0
 
 
 def _add_scaled(vector: list[float], direction: list[float], scale: float) -> None:

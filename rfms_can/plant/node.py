@@ -6,7 +6,7 @@ cycles is braked; all are until their nodes speak. When SYNC fails, physics goes
 runs its periods by its own clock.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
@@ -30,6 +30,10 @@ class PlantNode(Endpoint):
         physics: what happens between two SYNCs.
         wire, boot_id: see ``Endpoint``.
         watch_ns: time between two SYNCs, ns: the control period, or the barrier in lockstep.
+
+    Attributes:
+        each_period: called with the number of the cycle that begins when a period has been
+            integrated, for who watches the physics.
     """
 
     def __init__(self, physics: PlantPhysics, wire: Wire, boot_id: int, watch_ns: int) -> None:
@@ -40,6 +44,7 @@ class PlantNode(Endpoint):
         self._hash = plant_hash(physics.arm.arm_id, physics.steps_per_period * physics.step_s)
         self._watch_ns = watch_ns
         self._deadline_ns: int | None = 0
+        self.each_period: Callable[[int], None] | None = None
         self._started = False
         self._stopped = False
         self._bus_state = NodeState.PREOP
@@ -96,6 +101,8 @@ class PlantNode(Endpoint):
         self._started = True
         self._latch()
         self.cycle = cycle
+        if self.each_period is not None:
+            self.each_period(cycle)
         self._sample(cycle & 0xFF)
 
     def _latch(self) -> None:

@@ -11,12 +11,18 @@ from rfms_can.arm import Arm, friction_set
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
 from rfms_can.plant.board import Board, Sample
+from rfms_can.plant.contact import Contacts
 from rfms_can.plant.jaw import Jaw
 from rfms_can.plant.scene import FREE, Scene
 from rfms_can.plant.wrist_sensor import WristSensor
+from rfms_can.transform import Transform
 
 PHYSICS_STEPS_NS: Final = (1_000_000, 500_000, 250_000, 200_000, 100_000)
 """Physics steps the plant knows, largest first; 1 ms at most."""
+
+FASTEST_TIP: Final = 5.0
+"""Bound of the speed of any point of a tool, m/s. Where it cannot reach a fixture within a period,
+physics needs no steps short enough for contact, and takes the longest ones, as with no scene."""
 
 RATES_HZ: Final = (50, 100, 125, 200, 250, 400, 500, 800, 1000, 2000)
 """Rates named to somebody whose own does not fit; all of them do."""
@@ -49,9 +55,10 @@ class PlantPhysics:
 
     Attributes:
         arm: the arm it carries.
-        steps_per_period: physics steps in one control period.
-        step_s: length of a physics step, s.
+        steps_per_period: physics steps in one control period, where the tool may touch something.
+        step_s: length of a physics step there, s.
         jaw: the gripper.
+        model: its rigid bodies, and what they meet.
     """
 
     def __init__(
@@ -80,23 +87,27 @@ class PlantPhysics:
             PlantError: the rate does not fit the physics step, or the pose not the arm.
         """
         self.arm = arm
-        self.steps_per_period, self.step_s = physics_steps(rate_hz, scene.longest_step_s)
-        self._model = ArmModel(arm, friction_set(arm, friction_name), self.step_s, scene)
+        self._near = physics_steps(rate_hz, scene.longest_step_s)
+        self._far = physics_steps(rate_hz)
+        self._far_m = FASTEST_TIP / rate_hz
+        self.steps_per_period, self.step_s = self._near
+        self.model = ArmModel(arm, friction_set(arm, friction_name), self.step_s, scene)
         self._sensor = sensor
+        self._place = scene.place.inverse()
         if initial_q is not None:
-            self._model.reset(initial_q)
-        self._boards = tuple(Board(arm, joint, q) for joint, q in enumerate(self._model.q))
+            self.model.reset(initial_q)
+        self._boards = tuple(Board(arm, joint, q) for joint, q in enumerate(self.model.q))
         self.jaw = Jaw(arm.gripper, arm.gripper.stroke / 2.0, part_width)
 
     @property
     def true_q(self) -> list[float]:
         """The joint angles nobody on the bus knows exactly, (6,), rad (a copy)."""
-        return list(self._model.q)
+        return list(self.model.q)
 
     @property
     def true_qd(self) -> list[float]:
         """The joint speeds, (6,), rad/s (a copy)."""
-        return list(self._model.qd)
+        return list(self.model.qd)
 
     def step_period(
         self,
@@ -111,18 +122,21 @@ class PlantPhysics:
         Raises:
             PlantError: MuJoCo warned; the message is its text.
         """
-        boards, model, jaw = self._boards, self._model, self.jaw
+        boards, model, jaw = self._boards, self.model, self.jaw
         torque = [
             board.set_dacs(current, force)
             for board, current, force in zip(
                 boards, motor_current_codes, force_set_point_codes, strict=True
             )
         ]
-        model.step(torque, brakes, self.steps_per_period)
+        steps, step_s = self._far if model.clearance() > self._far_m else self._near
+        model.set_step(step_s)
+        model.step(torque, brakes, steps)
         for board, q, qd in zip(boards, model.q, model.qd, strict=True):
             board.observe(q, qd)
-        for _ in range(self.steps_per_period):
-            jaw.step(self.step_s)
+        steps, step_s = self._far  # the jaw meets nothing of the scene
+        for _ in range(steps):
+            jaw.step(step_s)
 
     def sample(self) -> list[Sample]:
         """Counts, current ADC, velocity ADC and index flag of each joint, for MEASURE."""
@@ -131,20 +145,29 @@ class PlantPhysics:
     @property
     def contacts(self) -> int:
         """Points at which the tool touches a fixture."""
-        return self._model.contacts
+        return self.model.contacts
 
     @property
     def true_force(self) -> list[float]:
         """What the hand does to the tool at T6, (6,), N and Nm."""
-        return self._model.wrist_force()
+        return self.model.wrist_force()
+
+    def contact_force(self) -> Contacts:
+        """What the fixtures do to the tool, along the axes of its tip."""
+        return self.model.contact_force()
+
+    def tip_in_place(self) -> Transform:
+        """The tool's tip (T6 without one), seen from where the task truly is."""
+        pose = Transform.from_rows(self.model.tip_pose())
+        return self._place @ pose
 
     def sample_force(self) -> list[float] | None:
         """The wrist sensor's reading, (6,), N and Nm; None without one."""
-        return None if self._sensor is None else self._sensor.sample(self._model.wrist_force())
+        return None if self._sensor is None else self._sensor.sample(self.model.wrist_force())
 
     def coarse(self, joint: int) -> int:
         """Coarse position code (0 to 4095) of joint index ``joint``."""
-        return self._boards[joint].coarse(self._model.q[joint])
+        return self._boards[joint].coarse(self.model.q[joint])
 
     def latched_index_counts(self, joint: int) -> int | None:
         """Counts at the last index pulse of joint index ``joint``; None before the first."""

@@ -24,6 +24,7 @@ from rfms_can.rig.child import Child, Stop, describe
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.recorder import start_recorder
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.truth import SceneResult
 from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
 
 LOOK_EVERY: Final = 512
@@ -191,6 +192,11 @@ class ProcessRig:
     @property
     def load(self) -> float | None:
         """Unknown: bus time is not real time here."""
+        return None
+
+    @property
+    def scene(self) -> SceneResult | None:
+        """Unknown: the plant is another process."""
         return None
 
     @property

@@ -4,11 +4,13 @@
 ``settings.json``  settings, versions, and what a reader of the log needs of the arm
 ``commanded.csv``  the commanded joint angles of every cycle, rad, in double precision
 ``summary.json``   the result
+``truth.csv``      what the arm truly met, cycle by cycle: with a scene, on the simulated bus
 """
 
 import json
 import platform
 from array import array
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any, Final
@@ -18,13 +20,15 @@ from rfms_can.arm import Arm
 from rfms_can.errors import RfmsError
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.truth import COLUMNS, Truth
 from rfms_can.wire import JOINTS, Wire
 
 LOG: Final = "bus.log"
 SETTINGS: Final = "settings.json"
 COMMANDED: Final = "commanded.csv"
 SUMMARY: Final = "summary.json"
-_FILES: Final = (LOG, SETTINGS, COMMANDED, SUMMARY)
+TRUTH: Final = "truth.csv"
+_FILES: Final = (LOG, SETTINGS, COMMANDED, SUMMARY, TRUTH)
 _PACKAGES: Final = ("numpy", "python-can", "cantools", "pin", "mujoco", "autosar-e2e", "msgspec")
 
 
@@ -75,6 +79,11 @@ class Record:
             for start in range(0, len(angles), width)
         ]
         self._write(COMMANDED, "\n".join(lines) + "\n")
+
+    def truth(self, rows: Sequence[Truth]) -> None:
+        """What the plant knows of each cycle."""
+        lines = [",".join(COLUMNS), *(",".join(map(repr, row.row())) for row in rows)]
+        self._write(TRUTH, "\n".join(lines) + "\n")
 
     def summary(self, result: RunResult) -> None:
         """The numbers."""

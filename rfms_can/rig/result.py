@@ -7,6 +7,7 @@ import msgspec
 from rfms_can.arm import Arm
 from rfms_can.master.statistics import RunStatistics, Tracking
 from rfms_can.master.supervisor import Supervisor
+from rfms_can.rig.truth import SceneResult
 from rfms_can.wire import JOINTS
 
 
@@ -41,6 +42,7 @@ class RunResult(msgspec.Struct, frozen=True):
         lost: frames missed by the master, by gaps of their counters.
         lateness: histogram of late SYNCs (real time only).
         wall_s: wall-clock time of the enabled part, s.
+        scene: what the arm met; None where nothing was there, or nobody here can tell.
     """
 
     fault: str | None
@@ -57,6 +59,7 @@ class RunResult(msgspec.Struct, frozen=True):
     lost: int
     lateness: list[int]
     wall_s: float
+    scene: SceneResult | None = None
 
     @property
     def cycles_per_s(self) -> float:

@@ -95,6 +95,9 @@ def write_down(session: Session, settings: RunSettings, keeper: Record | None) -
         supervisor = session.supervisor
         keeper.settings(settings, supervisor.arm, supervisor.arm_state.zero_counts)
         keeper.commanded(session.commanded)
+        watch = session.rig.watch if isinstance(session.rig, SimulatedRig) else None
+        if watch is not None:
+            keeper.truth(watch.rows)
         keeper.summary(session.result())
 
 
@@ -108,6 +111,8 @@ def make_rig(
     rig = SimulatedRig(settings)
     if keeper is None:
         return rig, None
+    if rig.watch is not None:
+        rig.watch.keep = True
     writer = CandumpWriter(keeper.log, "sim0")
     rig.observe(writer.write)
     return rig, writer

@@ -19,6 +19,7 @@ from rfms_can.messages import AtRest, StopRequest
 from rfms_can.rig.link import DirectLink
 from rfms_can.rig.realtime import ThreadedPump
 from rfms_can.rig.result import RunResult, discarded_frames, joint_results
+from rfms_can.rig.truth import SceneResult
 
 Program = Callable[[Arm], None]
 Progress = Callable[["Session"], None]
@@ -45,6 +46,10 @@ class Rig(Protocol):
     @property
     def load(self) -> float | None:
         """Part of the time the bus was busy, if the bus tells."""
+
+    @property
+    def scene(self) -> SceneResult | None:
+        """What the arm met, if the rig can tell."""
 
     @property
     def frames(self) -> int:
@@ -188,4 +193,5 @@ class Session:
             lost=supervisor.lost,
             lateness=list(statistics.lateness),
             wall_s=self._wall_s,
+            scene=self.rig.scene,
         )

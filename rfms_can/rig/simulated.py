@@ -11,6 +11,7 @@ from rfms_can.master.supervisor import Supervisor
 from rfms_can.plant.node import PlantNode
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.truth import SceneResult, SceneWatch
 from rfms_can.wire import JOINTS, Wire
 
 
@@ -20,6 +21,7 @@ class SimulatedRig:
     Attributes:
         bus: the simulated bus.
         supervisor, joints, gripper, plant: its nodes.
+        watch: on what the arm meets, where there is something to meet.
     """
 
     def __init__(self, settings: RunSettings, wire: Wire | None = None) -> None:
@@ -29,6 +31,9 @@ class SimulatedRig:
         self.gripper: GripperNode = make_gripper(settings, wire)
         self.plant: PlantNode = make_plant(settings, wire)
         self.supervisor: Supervisor = make_master(settings, wire)
+        self.watch: SceneWatch | None = None
+        if settings.the_scene.tool is not None:
+            self.watch = SceneWatch(self.plant, settings.scene)
         for node in (*self.joints, self.gripper, self.plant, self.supervisor):
             self.bus.attach(node)
 
@@ -41,8 +46,10 @@ class SimulatedRig:
         self.bus.run_until(condition)
 
     def begin_measuring(self) -> None:
-        """Bus statistics count from now on."""
+        """Bus statistics count from now on, and so does what the arm meets."""
         self.bus.reset_statistics()
+        if self.watch is not None:
+            self.watch.begin()
 
     @property
     def load(self) -> float | None:
@@ -53,6 +60,11 @@ class SimulatedRig:
     def frames(self) -> int:
         """Frames since ``begin_measuring``."""
         return sum(frame.count for frame in self.bus.statistics.frames.values())
+
+    @property
+    def scene(self) -> SceneResult | None:
+        """What the arm met."""
+        return None if self.watch is None else self.watch.result()
 
     def close(self) -> None:
         """Nothing to give back."""

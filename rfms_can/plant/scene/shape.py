@@ -51,7 +51,7 @@ class Tool:
         mass: kg.
         com: centre of mass in the T6 frame, m.
         inertia: about it, along the axes of T6, kg m2.
-        shapes: in the T6 frame.
+        shapes: in the T6 frame; one of them solid.
         tip: the frame its task is told in, in the T6 frame.
     """
 

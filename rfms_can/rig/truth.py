@@ -1,0 +1,136 @@
+"""What an arm met in its scene: the plant's truth, which no node on the bus knows.
+
+Only where the plant is in this process: on the simulated bus.
+"""
+
+import math
+from typing import Final, NamedTuple
+
+import msgspec
+
+from rfms_can.plant.contact import Contacts
+from rfms_can.plant.node import PlantNode
+from rfms_can.transform import Transform
+
+COLUMNS: Final = (
+    *("cycle", "points", "depth"),
+    *("fx", "fy", "fz", "mx", "my", "mz"),
+    *("x", "y", "z", "nx", "ny", "nz", "ax", "ay", "az"),
+    *("wrist_fx", "wrist_fy", "wrist_fz", "wrist_mx", "wrist_my", "wrist_mz"),
+    *("q1", "q2", "q3", "q4", "q5", "q6"),
+)
+"""Of ``truth.csv``; SI and radians."""
+
+
+class Truth(NamedTuple):
+    """One cycle, at its SYNC.
+
+    Attributes:
+        cycle: its number.
+        contact: what the fixtures do to the tool, along the axes of its tip.
+        tip: pose of the tip, in the frame of the place (``Scene.place``).
+        wrist: what the hand does to the tool at T6, (6,), N and Nm.
+        q: joint angles, rad.
+    """
+
+    cycle: int
+    contact: Contacts
+    tip: Transform
+    wrist: tuple[float, ...]
+    q: tuple[float, ...]
+
+    def row(self) -> list[float]:
+        """Values of :data:`COLUMNS`."""
+        contact, tip = self.contact, self.tip
+        return [
+            *(self.cycle, contact.points, contact.depth, *contact.force, *contact.torque),
+            *(tip.px, tip.py, tip.pz, tip.nx, tip.ny, tip.nz, tip.ax, tip.ay, tip.az),
+            *(*self.wrist, *self.q),
+        ]
+
+
+class SceneResult(msgspec.Struct, frozen=True):
+    """What a run made of its scene: N and m, forces on the tool along the axes of its tip.
+
+    Attributes:
+        scene: as it was asked for.
+        contact_cycles: cycles at whose end the tool touched a fixture.
+        largest_force, largest_lateral, largest_axial: whole force, part across z of the tip, part
+            along it, each the largest of any cycle.
+        largest_depth: how far tool and fixture sank into one another.
+        lowest: lowest that the tip was along z of the place; a peg is in the hole by -lowest.
+        tip: position of the tip in the place at the end.
+        touching: whether it touched a fixture then.
+    """
+
+    scene: str
+    contact_cycles: int
+    largest_force: float
+    largest_lateral: float
+    largest_axial: float
+    largest_depth: float
+    lowest: float
+    tip: tuple[float, float, float]
+    touching: bool
+
+
+class SceneWatch:
+    """Watches a plant, cycle by cycle.
+
+    Args:
+        plant: its node.
+        scene: as it was asked for.
+        keep: whether to keep the truth of every cycle.
+
+    Attributes:
+        rows: the truth, if kept.
+    """
+
+    def __init__(self, plant: PlantNode, scene: str, *, keep: bool = False) -> None:
+        self.keep = keep
+        self._physics = plant.physics
+        self._scene = scene
+        self.begin()
+        plant.each_period = self._look
+
+    def begin(self) -> None:
+        """Count and keep from now on."""
+        self.rows: list[Truth] = []
+        self._cycles = 0
+        self._force = self._lateral = self._axial = self._depth = 0.0
+        self._lowest = math.inf
+
+    def _look(self, cycle: int) -> None:
+        physics = self._physics
+        tip = physics.tip_in_place()
+        self._lowest = min(self._lowest, tip.pz)
+        if physics.contacts:
+            self._meet(physics.contact_force())
+        if self.keep:
+            wrist, q = tuple(physics.true_force), tuple(physics.true_q)
+            self.rows.append(Truth(cycle, physics.contact_force(), tip, wrist, q))
+
+    def _meet(self, contact: Contacts) -> None:
+        x, y, z = contact.force
+        lateral = math.hypot(x, y)
+        self._cycles += 1
+        self._force = max(self._force, math.hypot(lateral, z))
+        self._lateral = max(self._lateral, lateral)
+        self._axial = max(self._axial, abs(z))
+        self._depth = max(self._depth, contact.depth)
+
+    def result(self) -> SceneResult:
+        """The numbers so far."""
+        physics = self._physics
+        tip = physics.tip_in_place()
+        return SceneResult(
+            self._scene,
+            self._cycles,
+            self._force,
+            self._lateral,
+            self._axial,
+            self._depth,
+            min(self._lowest, tip.pz),
+            (tip.px, tip.py, tip.pz),
+            physics.contacts > 0,
+        )
