@@ -47,9 +47,11 @@ def torque(
     mc: Sequence[float] = ZERO,
     law: Law = Law.PID,
     feedforward: float = 0.0,
+    selection: int = 0,
 ) -> float:
     rows = RowSets(2)
     rows.first, rows.second, rows.law = tuple(c), tuple(mc), law
+    rows.selection = selection
     return servo.torque(e, v, a, rows, feedforward)
 
 
@@ -130,8 +132,9 @@ def test_integral_is_of_the_real_error_not_the_joints_own() -> None:
     """Along a compliant direction the joint's own error stays; its integral must not wind up."""
     servo = servo_with(KI=100.0)
     for _ in range(100):
-        assert torque(servo, e=own(0.5), c=ZERO) == 0.0
-    torque(servo, e=(0.1, 0.5, 0.0, 0.0, 0.0, 0.0), c=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        assert torque(servo, e=own(0.5), c=ZERO, selection=1) == 0.0
+    row = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    torque(servo, e=(0.1, 0.5, 0.0, 0.0, 0.0, 0.0), c=row, selection=1)
     assert servo.integral == pytest.approx(100.0 * 0.1 * T)
 
 

@@ -42,6 +42,7 @@ def protocol() -> dict[str, tuple[int, int, str, int]]:
         "FORCE": (0x110, 32, "PLANT", CYCLE),
         "SETPOINT_1": (0x140, 64, "MASTER", CYCLE),
         "SETPOINT_2": (0x141, 64, "MASTER", CYCLE),
+        "COMPLY": (0x142, 32, "MASTER", CYCLE),
         "BIAS": (0x148, 32, "MASTER", CYCLE),
         "GRIPPER": (0x150, 8, "MASTER", 50 // CYCLE_MS),
         **{f"REFERENCE_{n}": (0x180 + n, 12, "PLANT", EVENT) for n in driven},
@@ -54,7 +55,7 @@ def protocol() -> dict[str, tuple[int, int, str, int]]:
     }
 
 
-WHEN_USED: Final = {"SETPOINT_2", "BIAS", "FORCE"}
+WHEN_USED: Final = {"SETPOINT_2", "COMPLY", "BIAS", "FORCE"}
 """Sent every cycle, but only while the state, the program or a sensor needs them."""
 
 
@@ -85,7 +86,7 @@ def facts(message: Message) -> dict[str, Any]:
 
 def test_every_frame_of_the_protocol_is_there_and_no_other() -> None:
     assert {m.name for m in MESSAGES} == {"ESTOP", *protocol()}
-    assert len({m.frame_id for m in MESSAGES}) == len(MESSAGES) == 73
+    assert len({m.frame_id for m in MESSAGES}) == len(MESSAGES) == 74
 
 
 @pytest.mark.parametrize("name", protocol())
@@ -160,7 +161,7 @@ def test_all_but_the_emergency_stop_carry_profile_5(message: Message) -> None:
 
 def test_data_ids_are_unique() -> None:
     ids = [attributes_of(m)["RfmsE2EDataId"] for m in MESSAGES if m.name != "ESTOP"]
-    assert len(set(ids)) == len(ids) == 72
+    assert len(set(ids)) == len(ids) == 73
 
 
 # the code against the DBC

@@ -132,11 +132,12 @@ def run_example(
     arm: str = "puma260",
     friction: str = "corke",
     on_cycle: Callable[[Trace], None] | None = None,
+    law: str = "weighted",
     **constants: object,
 ) -> Trace:
     """An example on the simulated bus."""
     module = example(name, **constants)
-    return trace(module.program, RunSettings(arm=arm, friction=friction), on_cycle)
+    return trace(module.program, RunSettings(arm=arm, friction=friction, law=law), on_cycle)
 
 
 def on_the_belt(

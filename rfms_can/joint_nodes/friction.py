@@ -18,6 +18,8 @@ REVERSAL_S: Final = 0.25
 COMPLYING_PART: Final = 0.95
 """Part of the friction that is compensated while the joint complies: all of it, and a little more
 than there is, would drive it on by itself."""
+PASSAGE_PART: Final = 0.01
+"""Part of the torque limit by which torque may step, a cycle, where what complies changes."""
 MOVING_CODES: Final = 1.5
 """Velocity ADC codes from which a complying joint counts as moving."""
 
@@ -29,17 +31,20 @@ class FrictionCompensation:
         parameters: the node's configuration.
 
     Attributes:
-        resting: whether the last desired speed counted as rest.
+        resting: whether a rigid joint's desired speed counted as rest.
     """
 
     __slots__ = (
+        "_complies",
         "_coulomb",
         "_dither",
         "_half_wave",
         "_moving",
         "_negative",
+        "_passing",
         "_positive",
         "_reversal",
+        "_step",
         "_still",
         "_viscous",
         "_wave",
@@ -53,6 +58,7 @@ class FrictionCompensation:
         self._viscous = p[Parameter.VISCOUS]
         self._still = p[Parameter.FRICTION_SPEED]
         self._reversal = (self._positive + self._negative) * p[Parameter.PERIOD] / REVERSAL_S
+        self._step = PASSAGE_PART * p[Parameter.TORQUE_LIMIT]
         self._moving = MOVING_CODES * abs(p[Parameter.RATE_PER_CODE])
         self._dither = p[Parameter.DITHER_PART]
         self._wave = max(2, round(p[Parameter.DITHER_PERIOD] / p[Parameter.PERIOD]))
@@ -62,6 +68,7 @@ class FrictionCompensation:
     def reset(self) -> None:
         """Forget the direction of the last motion."""
         self._coulomb = 0.0
+        self._complies = self._passing = False
         self.resting = True
 
     def rigid(self, speed: float) -> float:
@@ -71,13 +78,16 @@ class FrictionCompensation:
         stops a little short then still has its friction overcome in the direction it came from
         and creeps home, instead of sticking until the integral has grown to the stiction.
         """
-        self.resting = False
+        self._passing |= self._complies
+        self._complies = self.resting = False
+        coulomb = self._coulomb
         if speed > self._still:
-            self._coulomb = self._positive
+            coulomb = self._positive
         elif speed < -self._still:
-            self._coulomb = -self._negative
+            coulomb = -self._negative
         else:
             self.resting = True
+        self._go_to(coulomb)
         return self._coulomb + self._viscous * speed
 
     def complying(self, desired: float, measured: float, push: float, cycle: int) -> float:
@@ -93,16 +103,28 @@ class FrictionCompensation:
         speed = desired + push
         if not -moving < measured < moving:
             speed = measured
+        self._passing |= not self._complies
+        self._complies = True
         self.resting = False  # no integral to be kept back
         part = max(-1.0, min(1.0, speed / moving)) if moving else (speed > 0.0) - (speed < 0.0)
         size = self._positive if part > 0.0 else self._negative
-        self._coulomb = size * part
-        torque = COMPLYING_PART * size * part + self._viscous * speed
-        if self._dither:
+        self._go_to(COMPLYING_PART * size * part)
+        torque = self._coulomb + self._viscous * speed
+        if self._dither and not self._passing:
             up = cycle % self._wave < self._half_wave
             left = self._dither * (1.0 - abs(part))
             torque += left * (self._positive if up else -self._negative)
         return torque
+
+    def _go_to(self, coulomb: float) -> None:
+        """The next Coulomb part: at once, but where compliance begins or ends in small steps."""
+        if self._passing:
+            change = coulomb - self._coulomb
+            if -self._step < change < self._step:
+                self._passing = False
+            else:
+                coulomb = self._coulomb + (self._step if change > 0.0 else -self._step)
+        self._coulomb = coulomb
 
     def turn(self, error: float) -> bool:
         """Turn a resting joint's friction a step to where its error is; False if it is there."""

@@ -220,6 +220,7 @@ class JointNode(Axis):
             self._rates,
             self._accelerations,
             rows,
-            rows.gravity + overcome,
+            rows.gravity,
+            overcome,
             self._bias,
         )

@@ -11,13 +11,14 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.joint_nodes.friction import FrictionCompensation
+from rfms_can.joint_nodes.friction import PASSAGE_PART, FrictionCompensation
 from rfms_can.wire.vocabulary import Law, Parameter
 
 DAC_MIN: Final = -2048
 DAC_MAX: Final = 2047
-PASSAGE_PART: Final = 0.01
-"""Part of the torque limit by which torque may step, a cycle, where what complies changes."""
+OTHERS_BAND: Final = 3.0
+"""Dead band of the other joints' integrals over that of the own: their encoders may be coarser."""
+_NOTHING: Final = (0.0,) * 6
 
 
 class Servo:
@@ -95,7 +96,8 @@ class Servo:
         rates: Sequence[float],
         accelerations: Sequence[float],
         rows: RowSets,
-        feedforward: float,
+        gravity: float,
+        overcome: float = 0.0,
         bias: float = 0.0,
     ) -> float:
         """Joint torque without the bias, Nm; clamped so that both together keep the limit.
@@ -105,14 +107,15 @@ class Servo:
             rates: their rates, rad/s.
             accelerations: the six desired accelerations, rad/s2.
             rows: own rows of the law.
-            feedforward: gravity and friction torque, Nm.
+            gravity: holding torque, Nm.
+            overcome: friction torque, Nm, which passes over by itself.
             bias: bias torque, Nm, which goes out on the force set-point DAC.
         """
         weighted = rows.law == Law.WEIGHTED
         inertia, law = (rows.first, rows.second) if weighted else (rows.second, rows.first)
         m1, m2, m3, m4, m5, m6 = inertia
         a1, a2, a3, a4, a5, a6 = accelerations
-        total = feedforward + m1 * a1 + m2 * a2 + m3 * a3 + m4 * a4 + m5 * a5 + m6 * a6
+        total = gravity + m1 * a1 + m2 * a2 + m3 * a3 + m4 * a4 + m5 * a5 + m6 * a6
         r1, r2, r3, r4, r5, r6 = law
         e1, e2, e3, e4, e5, e6 = errors
         v1, v2, v3, v4, v5, v6 = rates
@@ -131,27 +134,38 @@ class Servo:
                 total += rows.damping * self._inertia * (own - rate)
         self.push = pull * self._per_kp
         total += pull
-        return self._pass(total + self._integrate(errors, law, total, weighted), rows, bias)
+        if rows.selection:
+            total += self._integrate(errors, law, total + overcome, weighted)
+        else:
+            total += self._integrate_own(errors[self._index], total + overcome)
+        return self._clamp(self._pass(total, rows) + overcome + bias) - bias
 
     def alone(self, error: float, rate: float, feedforward: float) -> float:
         """Torque of the PID on this joint's own error, Nm: homing and stopping need no others."""
         total = feedforward + self._kp * error + self._kd * rate
-        self._sum_up(self._index, error, total + self._sums[self._index], 1.0)
-        self.integral = self._sums[self._index]
-        return self._clamp(total + self.integral)
+        return self._clamp(total + self._integrate_own(error, total))
+
+    def _integrate_own(self, error: float, others: float) -> float:
+        """Integral torque of a rigid joint: of its own error, under either law."""
+        index, sums = self._index, self._sums
+        self._sum_up(index, error, others + sums[index], 1.0, self._band)
+        own = self.integral = sums[index]
+        sums[:] = _NOTHING
+        sums[index] = own
+        return own
 
     def _integrate(
         self, errors: Sequence[float], row: Sequence[float], others: float, weighted: bool
     ) -> float:
-        """Integral torque: the law's row times the integrals of all six errors.
+        """Integral torque while the arm complies: the law's row times integrals of all six errors.
 
         So what the integral holds is split by the same row as the errors are: nothing is left in
-        a direction that begins to comply. Each is kept in the torque it would make of an own
-        error.
+        a direction that complies. Each is kept in the torque it would make of an own error.
         """
         sums, total = self._sums, others + self.integral
         for j, error in enumerate(errors):
-            self._sum_up(j, error, total, row[j])
+            band = self._band if j == self._index else OTHERS_BAND * self._band
+            self._sum_up(j, error, total, row[j], band)
         s1, s2, s3, s4, s5, s6 = sums
         r1, r2, r3, r4, r5, r6 = row
         integral = r1 * s1 + r2 * s2 + r3 * s3 + r4 * s4 + r5 * s5 + r6 * s6
@@ -161,13 +175,13 @@ class Servo:
         self.integral = bound if integral > bound else -bound if integral < -bound else integral
         return self.integral
 
-    def _sum_up(self, j: int, error: float, total: float, share: float) -> None:
+    def _sum_up(self, j: int, error: float, total: float, share: float, band: float) -> None:
         """One step of one integral, frozen in the dead band and against a clamped torque.
 
         A joint that rests beyond its goal is held there by friction and by its own compensation
         of it: that turns first, and the integral has nothing to wind up for.
         """
-        if -self._band <= error <= self._band:
+        if -band <= error <= band:
             return
         if j == self._index and self.friction.resting and self.friction.turn(error):
             return
@@ -177,7 +191,7 @@ class Servo:
         step = self._sums[j] + self._ki_period * error
         self._sums[j] = bound if step > bound else -bound if step < -bound else step
 
-    def _pass(self, torque: float, rows: RowSets, bias: float) -> float:
+    def _pass(self, torque: float, rows: RowSets) -> float:
         """Where what complies has changed, go over to the new torque in small steps."""
         if rows.specification != self._specification:
             if self._specification is not None:
@@ -188,7 +202,7 @@ class Servo:
             self._passage -= max(-step, min(step, self._passage))
             torque += self._passage
         self._last = torque
-        return self._clamp(torque + bias) - bias
+        return torque
 
     def _clamp(self, torque: float) -> float:
         limit = self.torque_limit
