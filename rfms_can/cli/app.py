@@ -8,6 +8,7 @@ from rich.console import Console
 
 from rfms_can import __version__
 from rfms_can.cli.budget import budget
+from rfms_can.cli.campaign import campaign
 from rfms_can.cli.coordinate import coordinate
 from rfms_can.cli.demo import demo
 from rfms_can.cli.doctor import doctor
@@ -47,6 +48,7 @@ for _verb in (
     kin,
     budget,
     stability,
+    campaign,
     plot,
     doctor,
 ):

@@ -15,9 +15,10 @@ from rfms_can.wire.vocabulary import Parameter
 
 REVERSAL_S: Final = 0.25
 """Time, s, in which the friction of a resting rigid joint turns to where its error is."""
-COMPLYING_PART: Final = 0.95
-"""Part of the friction that is compensated while the joint complies: all of it, and a little more
-than there is, would drive it on by itself."""
+COMPLYING_PART: Final = 0.98
+"""Part of the friction that is compensated while the joint complies: more than there is would drive
+it on by itself. What is left holds a joint back that a commanded motion shall take along: the
+damping of the compliant directions, which does that, must be stronger."""
 PASSAGE_PART: Final = 0.01
 """Part of the torque limit by which torque may step, a cycle, where what complies changes."""
 MOVING_CODES: Final = 1.5

@@ -20,9 +20,9 @@ Matrix = npt.NDArray[np.float64]
 RowValues = tuple[float, ...]
 """Values of one ROWS frame, in the order of the wire's record."""
 
-COMPLIANT_DAMPING: Final = 8.0
-"""mu, 1/s: damping of the compliant directions. A push of 30 N sends a tip of 5 kg off at 0.75 m/s
-at most; what moves by itself stops within a quarter of a second."""
+COMPLIANT_DAMPING: Final = 12.0
+"""mu, 1/s: damping of the compliant directions against the commanded motion. What moves by itself
+stops within a quarter of a second; a push of 30 N sends a tip of 5 kg off at 0.5 m/s at most."""
 _IDENTITY: Final = [[float(i == j) for j in JOINTS] for i in JOINTS]
 
 

@@ -1,0 +1,74 @@
+"""One peg, one hole: run the program on the simulated bus and judge it by the plant's truth."""
+
+import contextlib
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from rfms_can.analysis.campaign.job import Insertion, Job
+from rfms_can.errors import RfmsError
+from rfms_can.rig.program import load_program
+from rfms_can.rig.runner import execute
+from rfms_can.rig.session import Rig
+from rfms_can.rig.simulated import SimulatedRig
+from rfms_can.rig.truth import Truth
+
+INSERTED: Final = 0.039
+"""Depth, m, from which a peg of 40 mm counts as in: the rest is the servo's error."""
+
+
+def insert(job: Job, program: Path) -> Insertion:
+    """Run one job.
+
+    Args:
+        job: what is asked.
+        program: the program's file.
+
+    Raises:
+        RfmsError: the program cannot be loaded.
+    """
+    settings = job.settings
+    watched: list[SimulatedRig] = []
+
+    def watch(rig: Rig) -> None:
+        assert isinstance(rig, SimulatedRig) and rig.watch is not None
+        rig.watch.keep = True
+        watched.append(rig)
+
+    why = ""
+    run = load_program(program)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            outcome = execute(run, settings, watch=watch)
+        if outcome.fault is not None:
+            why = str(outcome.fault)
+    except RfmsError as error:
+        why = str(error)
+    (rig,) = watched
+    assert rig.watch is not None
+    return _judged(job, rig.watch.rows, 1.0 / settings.rate, why)
+
+
+def _judged(job: Job, rows: Sequence[Truth], period_s: float, why: str) -> Insertion:
+    """Forces until the peg is in."""
+    deepest = max((-row.tip.pz for row in rows), default=0.0)
+    end = next((k for k, row in enumerate(rows) if -row.tip.pz >= INSERTED), len(rows) - 1)
+    touching = [row.contact.force for row in rows[: end + 1] if row.contact.points]
+    first = next((k for k, row in enumerate(rows) if row.contact.points), end)
+    lateral = [math.hypot(x, y) for x, y, _ in touching]
+    inserted = deepest >= INSERTED and not why
+    if not inserted and not why:
+        why = f"stopped {1e3 * deepest:.1f} mm deep"
+    return Insertion(
+        *job.group,
+        seed=job.seed,
+        inserted=inserted,
+        why=why,
+        depth=deepest,
+        lateral_peak=max(lateral, default=0.0),
+        lateral_mean=sum(lateral) / len(lateral) if lateral else 0.0,
+        axial_peak=max((abs(z) for _, _, z in touching), default=0.0),
+        seconds=(end - first) * period_s,
+    )
