@@ -1,0 +1,6 @@
+"""Models of an arm's dynamics a master can compensate with: the full one and simpler ones."""
+
+from rfms_can.models.fitted import fitted_constants
+from rfms_can.models.simplified import SimplifiedDynamics
+
+__all__ = ["SimplifiedDynamics", "fitted_constants"]
