@@ -109,17 +109,22 @@ class JointFriction:
     A turning joint feels ``-(coulomb_positive + viscous qd)`` for qd > 0 and
     ``+coulomb_negative - viscous qd`` for qd < 0; a resting joint stays at rest while the load is
     between ``-coulomb_negative`` and ``coulomb_positive``. Coulomb in Nm, viscous in Nms/rad; all
-    are magnitudes, never negative.
+    are magnitudes, never negative. ``load`` is the part of the motor's torque by which both Coulomb
+    torques grow with it (Fig. 4.1: the curves diverge).
     """
 
     coulomb_positive: float
     coulomb_negative: float
     viscous: float
+    load: float = 0.0
 
     def scaled(self, factor: float) -> "JointFriction":
         """The same friction, all torques times ``factor``."""
         return JointFriction(
-            self.coulomb_positive * factor, self.coulomb_negative * factor, self.viscous * factor
+            self.coulomb_positive * factor,
+            self.coulomb_negative * factor,
+            self.viscous * factor,
+            self.load,
         )
 
 

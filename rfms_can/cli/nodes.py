@@ -37,7 +37,7 @@ def gripper(*, settings: RunSettings) -> None:
     serve(make_gripper(settings, Wire()), settings)
 
 
-@takes_settings("arm", *OF_A_NODE, "friction", defaults=DEFAULT_BUS)
+@takes_settings("arm", *OF_A_NODE, "friction", "plant", defaults=DEFAULT_BUS)
 def plant(*, settings: RunSettings) -> None:
     """Run the plant until Ctrl-C."""
     from rfms_can.rig.nodes import make_plant

@@ -28,6 +28,10 @@ RateOption = Annotated[float | None, typer.Option("--rate", help="control rate, 
 FrictionOption = Annotated[
     str | None, typer.Option("--friction", help="friction of the plant: corke | thesis | none")
 ]
+PlantOption = Annotated[
+    str | None,
+    typer.Option("--plant", help="nominal | table41 | perturbed:SEED | rewired:SEED, or one +load"),
+]
 ServoFrictionOption = Annotated[
     str | None, typer.Option("--servo-friction", help="friction the servos compensate")
 ]
@@ -54,6 +58,7 @@ SETTINGS: Final[dict[str, Any]] = {
     "clock": ClockOption,
     "rate": RateOption,
     "friction": FrictionOption,
+    "plant": PlantOption,
     "servo_friction": ServoFrictionOption,
     "blend": BlendOption,
     "barrier": BarrierOption,

@@ -98,7 +98,7 @@ class ArmModel:
         """
         model, data, dry, q = self._model, self._data, self._dry, self.q
         qpos, qvel, applied = self._qpos, self._qvel, self._applied
-        dry.prepare(self._response(), brakes)
+        dry.prepare(self._response(), brakes, motor_torque)
         try:
             for _ in range(steps):
                 applied[:] = [m + p for m, p in zip(motor_torque, dry.torque, strict=True)]

@@ -5,15 +5,18 @@ that the bus brought.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
-from rfms_can.arm import Arm, friction_set
+from rfms_can.arm import Arm
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
-from rfms_can.plant.board import Board, Sample
+from rfms_can.plant.board import Sample
 from rfms_can.plant.jaw import Jaw
-from rfms_can.plant.scene import FREE, Scene
+from rfms_can.plant.scene import FREE, Scene, Tool
+from rfms_can.plant.variant import Variant, as_built
 from rfms_can.plant.wrist_sensor import WristSensor
+from rfms_can.transform import Transform
 
 PHYSICS_STEPS_NS: Final = (1_000_000, 500_000, 250_000, 200_000, 100_000)
 """Physics steps the plant knows, largest first; 1 ms at most."""
@@ -63,6 +66,7 @@ class PlantPhysics:
         part_width: float = 0.0,
         scene: Scene = FREE,
         sensor: WristSensor | None = None,
+        variant: Variant | None = None,
     ) -> None:
         """Power up ``arm`` at ``initial_q`` (6, rad; parked if None), gripper half open.
 
@@ -74,18 +78,22 @@ class PlantPhysics:
             part_width: of what lies between the gripper's jaws, m.
             scene: what the arm holds and meets.
             sensor: between hand and tool, or None.
+            variant: what arm and boards are really like; those of the data sheet if None.
 
         Raises:
             ArmError: no such friction set.
-            PlantError: the rate does not fit the physics step, or the pose not the arm.
+            PlantError: the rate does not fit the physics step, or the pose not the arm, or the
+                variant's load not the scene.
         """
         self.arm = arm
         self.steps_per_period, self.step_s = physics_steps(rate_hz, scene.longest_step_s)
-        self._model = ArmModel(arm, friction_set(arm, friction_name), self.step_s, scene)
+        variant = variant or as_built(arm, friction_name)
+        scene = _with_load(scene, variant)
+        self._model = ArmModel(variant.arm, variant.friction, self.step_s, scene)
         self._sensor = sensor
         if initial_q is not None:
             self._model.reset(initial_q)
-        self._boards = tuple(Board(arm, joint, q) for joint, q in enumerate(self._model.q))
+        self._boards = variant.boards(self._model.q)
         self.jaw = Jaw(arm.gripper, arm.gripper.stroke / 2.0, part_width)
 
     @property
@@ -153,3 +161,14 @@ class PlantPhysics:
     def force_set_point_code(self, joint: int) -> int:
         """What the force-set-point DAC of joint index ``joint`` was last told."""
         return self._boards[joint].force_set_point_code
+
+
+def _with_load(scene: Scene, variant: Variant) -> Scene:
+    """The scene with the variant's load in the hand."""
+    load = variant.load
+    if not load.mass:
+        return scene
+    if scene.tool is not None:
+        raise PlantError(f"plant {variant.name!r}: scene {scene.name!r} has a tool in the hand")
+    tool = Tool(load.mass, load.com, load.inertia, (), Transform.identity())
+    return replace(scene, tool=tool)

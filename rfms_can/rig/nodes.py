@@ -5,6 +5,7 @@ from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
+from rfms_can.plant.variant import make_variant
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import GRIPPER, Wire
 
@@ -26,5 +27,7 @@ def make_master(settings: RunSettings, wire: Wire) -> Supervisor:
 
 def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:
     """Node 9."""
-    physics = PlantPhysics(settings.the_arm, settings.friction, settings.rate)
+    arm = settings.the_arm
+    variant = make_variant(settings.plant, arm, settings.friction)
+    physics = PlantPhysics(arm, settings.friction, settings.rate, variant=variant)
     return PlantNode(physics, wire, settings.boot_id(9), settings.watch_ns)

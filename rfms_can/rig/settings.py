@@ -10,6 +10,7 @@ from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.plant.physics import physics_steps
+from rfms_can.plant.variant import make_variant
 from rfms_can.wire.vocabulary import Blend
 
 Kind = TypeVar("Kind", bound=IntEnum)
@@ -32,6 +33,7 @@ class RunSettings:
         clock: ``virtual``, ``lockstep`` or ``realtime``; by the bus if empty.
         rate: control rate, Hz.
         friction: friction set of the plant.
+        plant: what it is really like (``plant/variant.py``).
         servo_friction: friction set the servos compensate; the plant's if empty.
         blend: ``continuous`` or ``thesis``.
         bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
@@ -45,6 +47,7 @@ class RunSettings:
     clock: str = ""
     rate: float = 250.0
     friction: str = "corke"
+    plant: str = "nominal"
     servo_friction: str = ""
     blend: str = "continuous"
     bit_rate: int = 1_000_000
@@ -58,6 +61,7 @@ class RunSettings:
         friction_set(arm, self.friction)
         friction_set(arm, self.servo_friction or self.friction)
         physics_steps(self.rate)
+        make_variant(self.plant, arm, self.friction)
         simulated = parse_bus_url(self.bus).interface == SIM
         choice("clock", self.clock or "virtual", Clock)
         choice("blend", self.blend, Blend)
