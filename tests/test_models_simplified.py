@@ -118,8 +118,8 @@ def test_effective_inertias_and_d23_are_near_the_full_ones(arm: Arm) -> None:
         simple.update(q)
         M = full.inertia_matrix(q)
         np.testing.assert_allclose(np.diag(simple.M), np.diag(M), rtol=0.02)
-        assert simple.M[1][2] == pytest.approx(M[1, 2], abs=0.02 * M[2, 2])
-        assert simple.M[1][2] == simple.M[2][1]
+        assert simple.M[1, 2] == pytest.approx(M[1, 2], abs=0.02 * M[2, 2])
+        assert simple.M[1, 2] == simple.M[2, 1]
         np.testing.assert_allclose(simple.J, jacobian(arm, q))
 
 

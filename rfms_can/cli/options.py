@@ -35,6 +35,12 @@ PlantOption = Annotated[
 ServoFrictionOption = Annotated[
     str | None, typer.Option("--servo-friction", help="friction the servos compensate")
 ]
+DynamicsOption = Annotated[
+    str | None, typer.Option("--dynamics", help="compensated with: full | simplified | none")
+]
+CalibrationOption = Annotated[
+    str | None, typer.Option("--calibration", help="what rfms identify has written")
+]
 BlendOption = Annotated[
     str | None, typer.Option("--blend", help="transitions: continuous | thesis")
 ]
@@ -60,6 +66,8 @@ SETTINGS: Final[dict[str, Any]] = {
     "friction": FrictionOption,
     "plant": PlantOption,
     "servo_friction": ServoFrictionOption,
+    "dynamics": DynamicsOption,
+    "calibration": CalibrationOption,
     "blend": BlendOption,
     "barrier": BarrierOption,
     "patience": PatienceOption,

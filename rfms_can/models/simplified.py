@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from math import cos, sin
 
-from rfms_can.arm import Arm
+import numpy as np
+
+from rfms_can.arm import JOINTS, Arm
+from rfms_can.dynamics import Matrix
 from rfms_can.errors import ArmError
 from rfms_can.kinematics import jacobian
 from rfms_can.models.terms import CONSTANTS
-from rfms_can.transform import Matrix6
-
-Rows6 = list[list[float]]
 
 
 class SimplifiedDynamics:
@@ -17,8 +17,8 @@ class SimplifiedDynamics:
 
     Attributes:
         constants: by name, Nm and kg m2 (``models/terms.py``).
-        M: six rows of six, kg m2: diagonal, and D_23.
-        g: torque that holds the arm, Nm (6).
+        M: (6, 6), kg m2: diagonal, and D_23.
+        g: (6,), torque that holds the arm, Nm.
     """
 
     def __init__(self, arm: Arm, constants: Mapping[str, float]) -> None:
@@ -38,9 +38,9 @@ class SimplifiedDynamics:
         self._second = (k["b20"], k["b25"], k["b26"])
         self._coupling = (k["b230"], k["b231"], k["b232"])
         self._wrist = (k["b30"], k["b31"], k["b40"], k["b41"])
-        self.M: Rows6 = [[0.0] * 6 for _ in range(6)]
-        self.M[4][4], self.M[5][5] = k["b50"], k["b60"]
-        self.g = [0.0] * 6
+        self.M: Matrix = np.zeros((JOINTS, JOINTS))
+        self.M[4, 4], self.M[5, 5] = k["b50"], k["b60"]
+        self.g: Matrix = np.zeros(JOINTS)
         self._q: tuple[float, ...] = tuple(arm.park)
         self.update(arm.park)
 
@@ -52,21 +52,22 @@ class SimplifiedDynamics:
         s23, c23, s4, c4, s5, c5 = sin(q23), cos(q23), sin(q4), cos(q4), sin(q5), cos(q5)
         c21, c22, c31, c32, c50 = self._gravity
         g, M = self.g, self.M
-        g[2] = c31 * c23 + c32 * s23 + c50 * (s23 * c5 + c23 * c4 * s5)
-        g[1] = c21 * c2 + c22 * s2 + g[2]
+        forearm = c31 * c23 + c32 * s23 + c50 * (s23 * c5 + c23 * c4 * s5)
+        g[2] = forearm
+        g[1] = c21 * c2 + c22 * s2 + forearm
         g[3] = -c50 * s23 * s4 * s5
         g[4] = c50 * (c23 * s5 + s23 * c4 * c5)
         b0, b1, b2, b3, b4, b5 = self._first
-        M[0][0] = b0 + c2 * (b1 * c2 + b3 * c23 + b4 * s23) + c23 * (b2 * c23 + b5 * s23)
+        M[0, 0] = b0 + c2 * (b1 * c2 + b3 * c23 + b4 * s23) + c23 * (b2 * c23 + b5 * s23)
         b0, b1, b2 = self._second
-        M[1][1] = b0 + b1 * c3 + b2 * s3
+        M[1, 1] = b0 + b1 * c3 + b2 * s3
         b0, b1, b2 = self._coupling
-        M[1][2] = M[2][1] = b0 + b1 * c3 + b2 * s3
+        M[1, 2] = M[2, 1] = b0 + b1 * c3 + b2 * s3
         b0, b1, b2, b3 = self._wrist
-        M[2][2] = b0 + b1 * c5
-        M[3][3] = b2 + b3 * s5 * s5
+        M[2, 2] = b0 + b1 * c5
+        M[3, 3] = b2 + b3 * s5 * s5
 
     @property
-    def J(self) -> Matrix6:
-        """Jacobian in the T6 frame at the T6 origin: six rows of six (m, rad)."""
-        return jacobian(self.arm, self._q)
+    def J(self) -> Matrix:
+        """Jacobian in the T6 frame at the T6 origin, (6, 6) (m, rad)."""
+        return np.array(jacobian(self.arm, self._q))

@@ -2,13 +2,16 @@
 
 from dataclasses import asdict, dataclass
 from enum import IntEnum
+from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from rfms_can.arm import Arm, arm_by_name, friction_set
+from rfms_can.arm.calibration import load_calibration
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
+from rfms_can.models.dynamics_model import FULL, check_kind
 from rfms_can.plant.physics import physics_steps
 from rfms_can.plant.variant import make_variant
 from rfms_can.wire.vocabulary import Blend
@@ -35,6 +38,8 @@ class RunSettings:
         friction: friction set of the plant.
         plant: what it is really like (``plant/variant.py``).
         servo_friction: friction set the servos compensate; the plant's if empty.
+        dynamics: what the master compensates with: ``full``, ``simplified`` or ``none``.
+        calibration: file of ``rfms identify``; the arm's published numbers if empty.
         blend: ``continuous`` or ``thesis``.
         bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
         barrier: longest lockstep cycle, s.
@@ -49,6 +54,8 @@ class RunSettings:
     friction: str = "corke"
     plant: str = "nominal"
     servo_friction: str = ""
+    dynamics: str = FULL
+    calibration: str = ""
     blend: str = "continuous"
     bit_rate: int = 1_000_000
     data_bit_rate: int = 5_000_000
@@ -63,6 +70,9 @@ class RunSettings:
         physics_steps(self.rate)
         make_variant(self.plant, arm, self.friction)
         simulated = parse_bus_url(self.bus).interface == SIM
+        check_kind(self.dynamics)
+        if self.calibration:
+            load_calibration(Path(self.calibration)).check(arm)
         choice("clock", self.clock or "virtual", Clock)
         choice("blend", self.blend, Blend)
         if simulated and self.clock not in ("", "virtual"):
@@ -109,6 +119,8 @@ class RunSettings:
             rate_hz=self.rate,
             clock=self.the_clock,
             friction=self.servo_friction or self.friction,
+            dynamics=self.dynamics,
+            calibration=load_calibration(Path(self.calibration)) if self.calibration else None,
             blend=choice("blend", self.blend, Blend),
             barrier_s=self.barrier,
             patience_s=self.patience,
