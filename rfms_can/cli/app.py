@@ -12,6 +12,7 @@ from rfms_can.cli.coordinate import coordinate
 from rfms_can.cli.demo import demo
 from rfms_can.cli.doctor import doctor
 from rfms_can.cli.hub import hub
+from rfms_can.cli.identify import identify
 from rfms_can.cli.kin import kin
 from rfms_can.cli.nodes import gripper, joint, master, plant
 from rfms_can.cli.plot import plot
@@ -47,6 +48,7 @@ for _verb in (
     kin,
     budget,
     stability,
+    identify,
     plot,
     doctor,
 ):
