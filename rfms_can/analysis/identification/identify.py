@@ -1,6 +1,7 @@
 """From the data of all experiments to a calibration, in the order of Chapter IV."""
 
 from collections.abc import Mapping, Sequence
+from math import hypot
 from typing import Final
 
 import numpy as np
@@ -65,11 +66,11 @@ def identify(arm: Arm, data: Mapping[str, Data]) -> Identification:
         converters,
         torque,
         [b for trace in bare.values() for b in breakaways(trace, laws, both, arm)],
-        gravity,
+        _widened(gravity, torque),
         poses,
-        inertia,
+        _widened(inertia, torque),
         links,
-        _coupling(arm, links),
+        _widened(_coupling(arm, links), torque),
         _validated(links, samples[VALIDATION]),
         [*_own_currents(converters, arm)],
     )
@@ -113,6 +114,17 @@ def _require_possible(laws: Sequence[TorqueLaw]) -> None:
                     f"joint {joint}: {name} comes out as {getattr(law, name):.4g} Nm a code: the "
                     f"known load was not in the hand when it should be, or weighs something else"
                 )
+
+
+def _widened(constants: Fit, torque: Sequence[TorqueFit]) -> Fit:
+    """The fit with deviations that know of the slopes' own: a constant scales with its joint's."""
+    deviations = {}
+    for name, own in constants.deviations.items():
+        fit = torque[int(name[1]) - 1].fit
+        slopes = ("slope_positive", "slope_negative")
+        part = max(fit.deviations[slope] / fit.values[slope] for slope in slopes)
+        deviations[name] = hypot(own, part * constants.values[name])
+    return constants._replace(deviations=deviations)
 
 
 def _coupling(arm: Arm, links: LinkFit) -> Fit:

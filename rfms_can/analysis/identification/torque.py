@@ -77,7 +77,7 @@ def weighed_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueF
         row[place : place + 2] = -np.cos(angle), -np.sin(angle)
         rows.append(row)
         rights.append(known.weight(window.q, window.joint) if window.load else 0.0)
-    matrix, right = np.array(rows), np.array(rights)
+    matrix, right = np.array(rows).reshape(-1, len(names)), np.array(rights)
     fit = solve(names, matrix, right, what)
     solution = np.array([fit.values[name] for name in names])
     asked = right - matrix[:, 4:] @ solution[4:]
@@ -152,7 +152,7 @@ def _drag(windows: list[Window], what: str) -> Fit:
     rows = [
         (1.0, 0.0, w.speed, 0.0) if w.speed > 0.0 else (0.0, 1.0, 0.0, w.speed) for w in windows
     ]
-    return solve(names, np.array(rows), np.array([w.current for w in windows]), what)
+    return solve(names, np.array(rows).reshape(-1, 4), np.array([w.current for w in windows]), what)
 
 
 def _dragged(drag: Fit, motion: Motion, name: str) -> Floats:
