@@ -61,7 +61,9 @@ def short(*names: str) -> list[Experiment]:
     """Experiments, with the first of their actions alone; friction takes two speeds."""
     chosen = {e.name: e for e in experiments(ARM) if e.name in names}
     return [
-        replace(chosen[name], actions=chosen[name].actions[: 2 if name == "sweep-1" else 1])
+        replace(
+            chosen[name], actions=chosen[name].actions[: 2 if name in ("sweep-1", "sweep-3") else 1]
+        )
         for name in names
     ]
 

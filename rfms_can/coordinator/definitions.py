@@ -58,6 +58,7 @@ class ModeSettings(TypedDict, total=False):
         acceleration, angular_acceleration: what correcting a reference transform may add to the
             tool's motion, m/s2 and rad/s2; 1 and 5 if not given.
         config: e.g. ``"left up noflip"``, instead of the position's.
+        mass: of what the tool carries, kg, at its frame's origin; compensated for.
     """
 
     acceleration_time: Required[float]
@@ -71,6 +72,7 @@ class ModeSettings(TypedDict, total=False):
     acceleration: float
     angular_acceleration: float
     config: str | None
+    mass: float
 
 
 def value(name: str, pose: Transform) -> TransformMessage:

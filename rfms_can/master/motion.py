@@ -3,12 +3,14 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from rfms_can.arm import Arm
+from rfms_can.arm import Arm, Load
+from rfms_can.arm.load import NOTHING
 from rfms_can.compliance.selection import Selection, parse_bias
 from rfms_can.errors import KinematicsError, MoveError, ProgramError
 from rfms_can.kinematics import Configuration, configuration_of, direct, singularity_margins
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning import MovePlanner
 from rfms_can.master.world import Limits, MotionMode, Position, WorldModel
 from rfms_can.messages import (
@@ -179,6 +181,16 @@ class Motion:
     def comply(self) -> str:
         """Directions the program has asked to comply in, e.g. ``"fx fy rx ry"``."""
         return self._complies.word
+
+    @property
+    def load(self) -> Load:
+        """What the mode of the move under way says the tool carries."""
+        under_way = self._moves.get(self.generator.sequence)
+        if under_way is None or not under_way[1].mass:
+            return NOTHING
+        position, mode = under_way
+        tool = position.tool(Moment(self.generator.tick_count))
+        return Load(mode.mass, (tool.px, tool.py, tool.pz))
 
     @property
     def moves(self) -> bool:

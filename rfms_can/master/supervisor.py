@@ -118,6 +118,7 @@ class Supervisor(ControlCycle):
             return
         if refusal is None:
             self._setpoint = setpoint
+            self.broadcast.math.dynamics.carry(self.motion.load)
         else:
             self._halt(f"set-point refused before it was sent: {refusal}")
 

@@ -18,6 +18,7 @@ Rigid = tuple[float, float, float, float, float, float, float, float, float, flo
 """The first three rows of a homogeneous transform, row-major; metres."""
 Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
+Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1e3)]
 Part = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 
 

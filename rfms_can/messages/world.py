@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from rfms_can.messages.base import Message, Name, Part, Positive, Rigid, Seconds, Vector6
+from rfms_can.messages.base import Mass, Message, Name, Part, Positive, Rigid, Seconds, Vector6
 from rfms_can.messages.functions import AnyFunction
 
 Kind = Literal["value", "reference", "functional"]
@@ -77,6 +77,8 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
         acceleration, angular_acceleration: what a correction of a reference transform may add
             to the motion of the tool, m/s2 and rad/s2.
         configuration: instead of the position's.
+        mass: of what the tool carries, kg, at the origin of the tool's frame; the master
+            compensates for it from the move on that has this mode.
     """
 
     name: Name
@@ -91,3 +93,4 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
     acceleration: Positive = 1.0
     angular_acceleration: Positive = 5.0
     configuration: str | None = None
+    mass: Mass = 0.0

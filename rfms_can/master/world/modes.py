@@ -38,6 +38,7 @@ class MotionMode:
         transition: how the segment is entered.
         limits: what the correction of a reference may add.
         configuration: instead of the position's, or None.
+        mass: of what the tool carries, kg.
     """
 
     name: str
@@ -51,6 +52,7 @@ class MotionMode:
     transition: Transition
     limits: Limits
     configuration: Configuration | None
+    mass: float = 0.0
 
     @classmethod
     def from_message(cls, message: ModeMessage) -> "MotionMode":
@@ -77,6 +79,7 @@ class MotionMode:
             Transition[message.transition.upper()],
             Limits(message.acceleration, message.angular_acceleration),
             configuration,
+            message.mass,
         )
 
 
@@ -100,6 +103,8 @@ def _check(message: ModeMessage) -> None:
     for what, number in numbers.items():
         if number is None or not 0.0 < number < math.inf:  # also NaN
             raise ModeError(f"{name}: {what} {number} must be a number more than zero")
+    if not 0.0 <= message.mass < math.inf:  # also NaN
+        raise ModeError(f"{name}: mass {message.mass} must be a number, zero or more")
     if message.segment_time is None and not given:
         raise ModeError(
             f"{name}: give a segment time or a speed (speed, angular_speed, joint_speed)"

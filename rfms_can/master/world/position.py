@@ -84,6 +84,10 @@ class Position:
             self._solve()
         return self._comply.at(moment)
 
+    def tool(self, moment: Moment) -> Transform:
+        """The frame right of T6 that runs along straight lines, seen from T6."""
+        return self.goal.right(moment).inverse()
+
     def levers(self, moment: Moment) -> dict[str, float]:
         """How far, m, from its references is what they move.
 
