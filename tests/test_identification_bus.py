@@ -102,7 +102,7 @@ def test_data_are_the_same_whoever_runs_the_experiment(
 ) -> None:
     (experiment,) = short("burst-1-load")
     (task,) = tasks_of([experiment], SETTINGS, tmp_path)
-    again = run_one(experiment, task.settings, tmp_path)
+    again = run_one(task)
     np.testing.assert_array_equal(again.table, part["burst-1-load"].table)
 
 

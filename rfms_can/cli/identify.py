@@ -11,13 +11,16 @@ import typer
 
 from rfms_can.cli.options import JsonOption, takes_settings
 from rfms_can.rig.interrupt import signals_noted
-from rfms_can.rig.settings import RunSettings, SettingsError
+from rfms_can.rig.settings import RunSettings
 
 if TYPE_CHECKING:
     from rfms_can.analysis.identification.result import Identification
     from rfms_can.arm.calibration import Calibration
 
-SETTINGS = ("arm", "rate", "friction", "plant", "servo_friction", "seed")
+SETTINGS = (
+    *("arm", "bus", "clock", "rate", "friction", "plant", "servo_friction"),
+    *("barrier", "patience", "seed"),
+)
 
 
 @takes_settings(*SETTINGS)
@@ -40,6 +43,9 @@ def identify(
     jobs: Annotated[
         int, typer.Option("--jobs", min=0, help="experiments side by side; 0: all processors")
     ] = 0,
+    attach: Annotated[
+        bool, typer.Option("--attach", help="boards and joint nodes are on the bus already")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Identify an arm: probe its wires, run the experiments, write a calibration file.
@@ -54,18 +60,19 @@ def identify(
     from rfms_can.rig.identification.probing import probe, require_sound
     from rfms_can.rig.identification.procedure import run_all, tasks_of
 
-    if not settings.simulated:
-        raise SettingsError(f"identify runs on bus sim so far, not on {settings.bus}")
-    wiring = probe(settings)
-    require_sound(wiring)
+    require_sound(probe(settings, attach))
     with signals_noted() as interrupt:
         place = nullcontext(str(data)) if data is not None else tempfile.TemporaryDirectory()
         with place as directory:
-            tasks = tasks_of(experiments(settings.the_arm), settings, Path(directory))
+            tasks = tasks_of(experiments(settings.the_arm), settings, Path(directory), attach)
             try:
                 with ExperimentProgress(tasks, quiet=as_json) as watcher:
                     found_data = run_all(
-                        tasks, watcher, jobs=jobs or os.cpu_count() or 1, interrupted=interrupt
+                        tasks,
+                        watcher,
+                        jobs=jobs or os.cpu_count() or 1,
+                        ask=watcher.ask,
+                        interrupted=interrupt,
                     )
             except KeyboardInterrupt:
                 kept = "; --data DIR keeps what is there" if data is None else f"; {data} is kept"

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import Self
 
+import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from rfms_can.cli.report import console
@@ -27,6 +28,7 @@ class ExperimentProgress:
         )
         self._task = self._progress.add_task("identify", total=len(tasks), what="")
         self._name = ""
+        self._hangs = False
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -39,6 +41,18 @@ class ExperimentProgress:
         trace: TracebackType | None,
     ) -> None:
         self._progress.stop()
+
+    def ask(self, load: bool) -> None:
+        """Have somebody hang the known load, or take it off; one who has just done it is not asked.
+
+        The arm is braked: each experiment ends so.
+        """
+        if load is not self._hangs:
+            what = "Hang the known load into the hand" if load else "Take the load off the hand"
+            self._progress.stop()
+            typer.prompt(f"{what} (arm/load.py), and press Enter", default="", show_default=False)
+            self._progress.start()
+            self._hangs = load
 
     def begin(self, experiment: Experiment) -> None:
         """An experiment begins."""

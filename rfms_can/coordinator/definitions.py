@@ -53,8 +53,7 @@ class ModeSettings(TypedDict, total=False):
         interpolation: ``"joint"``, the default, or ``"cartesian"``: straight in space.
         transition: ``"joint"``, the default, or ``"cartesian"``: between straight lines keep to
             the path in space.
-        lengthen: whether a segment that breaks a speed or acceleration limit is lengthened; it is
-            refused otherwise, the default.
+        lengthen: whether a segment that breaks a limit is lengthened, or refused, the default.
         acceleration, angular_acceleration: what correcting a reference transform may add to the
             tool's motion, m/s2 and rad/s2; 1 and 5 if not given.
         config: e.g. ``"left up noflip"``, instead of the position's.

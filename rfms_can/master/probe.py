@@ -137,10 +137,17 @@ class Probe(Endpoint):
         """When the next SYNC is due."""
         return self._deadline_ns
 
+    @property
+    def heard(self) -> bool:
+        """Whether every board has answered."""
+        return None not in self._measures and None not in self._coarse
+
     # --- what is done, a cycle at a time: the joint, and its code or silence --------------------
 
     def _all_joints(self) -> Iterator[tuple[int, int | None]]:
-        for _ in range(REST_CYCLES):
+        rested = 0
+        while rested < REST_CYCLES:
+            rested += self.heard
             yield 0, None
         for joint in range(len(JOINTS)):
             yield from self._one_joint(joint)

@@ -50,19 +50,23 @@ class Task(NamedTuple):
     settings: RunSettings
     path: Path
     digest: str
+    attach: bool = False
 
 
 def tasks_of(
-    plan: Sequence[Experiment], settings: RunSettings, directory: Path
+    plan: Sequence[Experiment], settings: RunSettings, directory: Path, attach: bool = False
 ) -> tuple[Task, ...]:
-    """The experiments as tasks. The master compensates nothing, whatever the settings say."""
+    """The experiments as tasks. The master compensates nothing, whatever the settings say.
+
+    Where the arm is no plant of ours (``attach``), somebody has to hang the load into its hand.
+    """
     tasks = []
     for experiment in plan:
         own = replace(settings, dynamics=UNCOMPENSATED, calibration="")
-        if experiment.load and own.simulated:
+        if experiment.load and not attach:
             own = replace(own, plant=own.plant + WITH_LOAD)
         path = directory / (experiment.name + SUFFIX)
-        tasks.append(Task(experiment, own, path, fingerprint(experiment, own)))
+        tasks.append(Task(experiment, own, path, fingerprint(experiment, own), attach))
     return tuple(tasks)
 
 
@@ -80,7 +84,7 @@ def run_all(
         tasks: the experiments.
         watcher: is told how far it is.
         jobs: processes that run simulated ones side by side.
-        ask: for the load, where the plant is no simulated one.
+        ask: for the load, where the arm is no plant of ours.
         interrupted: whether to end; data of finished experiments are kept.
 
     Raises:
@@ -100,11 +104,9 @@ def run_all(
         return found
     for task in missing:
         watcher.begin(task.experiment)
-        if ask is not None:
+        if ask is not None and task.attach:
             ask(task.experiment.load)
-        data = run_one(
-            task.experiment, task.settings, task.path.parent, watcher.cycles, interrupted
-        )
+        data = run_one(task, watcher.cycles, interrupted)
         save(task.path, data, task.digest)
         found[task.experiment.name] = data
         watcher.end(task.experiment, False)
@@ -145,22 +147,21 @@ def _deaf() -> None:
 
 
 def _work(task: Task) -> None:
-    data = run_one(task.experiment, task.settings, task.path.parent)
+    data = run_one(task)
     save(task.path, data, task.digest)
 
 
 def run_one(
-    experiment: Experiment,
-    settings: RunSettings,
-    directory: Path,
+    task: Task,
     progress: Callable[[Session], None] | None = None,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> Data:
     """Run an experiment.
 
-    On the simulated bus its frames are tapped as they pass; elsewhere they are recorded into
-    ``directory`` and read back.
+    On the simulated bus its frames are tapped as they pass; elsewhere they are recorded beside the
+    data and read back.
     """
+    experiment, settings = task.experiment, task.settings
     marks: list[Mark] = []
     tap, rigs = Tap(Wire()), list[Rig]()
 
@@ -169,12 +170,13 @@ def run_one(
         if isinstance(rig, SimulatedRig):
             rig.observe(tap.take)
 
-    record = None if settings.simulated else directory / experiment.name
+    record = None if settings.simulated else task.path.with_suffix("")
     outcome = execute(
         program_of(experiment.actions, settings.the_arm, marks),
         settings,
         record=record,
         progress=progress,
+        attach=task.attach,
         watch=watch,
         interrupted=interrupted,
     )
