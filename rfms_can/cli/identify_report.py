@@ -47,6 +47,7 @@ def print_report(found: Identification, calibration: Calibration, truth: Calibra
     console = _console()
     _print_torque(console, calibration, truth)
     _print_converters(console, found)
+    _print_fits(console, found)
     _print_constants(console, calibration, truth)
     _print_identities(console, found)
     models = compare_models(found, calibration, truth)
@@ -59,7 +60,6 @@ def print_report(found: Identification, calibration: Calibration, truth: Calibra
         f"{100 * models.gravity[1]:.2f} % (full) of the largest; coupling D_ij: rms "
         f"{models.coupling[0]:.4f} kg m2, error {models.coupling[1]:.4f}"
     )
-    console.print(f"base parameters the motions determine: {found.links.determined}")
     table = _table("Motions no fit has seen: torque, rms Nm", "", *"123456")
     for name, values in zip(("measured", "not explained"), found.validation, strict=True):
         table.add_row(name, *(f"{value:.3f}" for value in values))
@@ -95,6 +95,20 @@ def _print_converters(console: Console, found: Identification) -> None:
             f"{fit.values[name]:.4f} +- {fit.deviations[name]:.4f}" for name in ("slope", "offset")
         )
         table.add_row(str(joint), slope, offset)
+    console.print(table)
+
+
+def _print_fits(console: Console, found: Identification) -> None:
+    table = _table("Least squares", "", "equations", "unknowns", "residual, rms", "condition")
+    fits = [(f"torque of joint {k}, Nm", torque.fit) for k, torque in enumerate(found.torque, 1)]
+    for name, fit in (*fits, ("gravity, Nm", found.gravity), ("inertia, kg m2", found.inertia)):
+        numbers = (str(fit.equations), str(len(fit.values)))
+        table.add_row(name, *numbers, f"{fit.residual:.4f}", f"{fit.condition:.1f}")
+    for joint, (count, left) in enumerate(
+        zip(found.links.equations, found.links.residual, strict=True), start=1
+    ):
+        unknowns = str(found.links.determined) if joint == 1 else ""
+        table.add_row(f"links, joint {joint}, Nm", f"{count:.0f}", unknowns, f"{left:.4f}", "")
     console.print(table)
 
 

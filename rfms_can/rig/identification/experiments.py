@@ -63,22 +63,22 @@ def pose_at(arm: Arm, two_deg: float, three_deg: float, wrist: Sequence[float] =
 
 
 def experiments(arm: Arm) -> tuple[Experiment, ...]:
-    """All of them, for an arm; some six minutes of its time."""
+    """All of them, for an arm; five or six minutes of its time."""
     return (
         Experiment("creep", False, _creeps(arm)),
         Experiment("sweep-1", False, (_sweep(arm, 1, _PARKED, 0.35), _sweep(arm, 1, _PARKED, 0.7))),
-        *_sweeps(arm, 2, ((0.0, 180.0), (0.0, 0.0)), WRIST, (0.8, 0.5), (0.8, 0.7)),
-        *_sweeps(arm, 3, ((0.0, 0.0), (-90.0, 0.0)), WRIST, (0.6, 0.3), (0.6, 0.4)),
-        *_sweeps(arm, 4, ((-90.0, 180.0), (-90.0, 0.0)), _SIDEWAYS, (0.5, 0.2), (0.4, 0.3)),
-        *_sweeps(arm, 5, ((-90.0, 0.0), (-90.0, 90.0)), _SIDEWAYS, (0.5, 0.2), (0.4, 0.3)),
-        *_sweeps(arm, 6, ((-90.0, 180.0), (-90.0, 0.0)), _LEVEL, (0.5, 0.2), (0.4, 0.3)),
+        *_sweeps(arm, 2, ((0.0, 180.0), (0.0, 0.0)), WRIST, (0.9, 0.6), (0.9, 0.8)),
+        *_sweeps(arm, 3, ((0.0, 0.0), (-90.0, 0.0)), WRIST, (0.8, 0.45), (0.7, 0.6)),
+        *_sweeps(arm, 4, ((-90.0, 180.0), (-90.0, 0.0)), _SIDEWAYS, (0.6, 0.3), (0.5, 0.4)),
+        *_sweeps(arm, 5, ((-90.0, 0.0), (-90.0, 90.0)), _SIDEWAYS, (0.6, 0.3), (0.5, 0.4)),
+        *_sweeps(arm, 6, ((-90.0, 180.0), (-90.0, 0.0)), _LEVEL, (0.6, 0.3), (0.5, 0.4)),
         Experiment("burst-1-load", True, tuple(_stretched(arm))),
         Experiment("burst-1", False, (*_stretched(arm), *_bursts_1(arm))),
         Experiment("burst-2", False, tuple(_bursts_2(arm))),
         Experiment("burst-3", False, tuple(_bursts_3(arm))),
         Experiment("burst-wrist", False, tuple(_bursts_wrist(arm))),
-        Experiment("tour-1", False, (_tour(arm, 1, 18),)),
-        Experiment("tour-2", False, (_tour(arm, 2, 8),)),
+        Experiment("tour-1", False, (_tour(arm, 1, 14),)),
+        Experiment("tour-2", False, (_tour(arm, 2, 6),)),
     )
 
 
@@ -138,7 +138,7 @@ def _creeps(arm: Arm) -> tuple[Action, ...]:
 
 
 CREEP_WAY: Final = 0.014
-CREEP_SPEED: Final = 0.006
+CREEP_SPEED: Final = 0.008
 """rad and rad/s."""
 
 
@@ -156,7 +156,7 @@ def _bursts_1(arm: Arm) -> list[Action]:
 
 def _bursts_2(arm: Arm) -> list[Action]:
     poses = (pose_at(arm, -90.0, three) for three in SHAPES_D22_DEG)
-    return [Burst(2, with_joint(pose, 2, radians(90.0) - 0.4), 0.8, 2) for pose in poses]
+    return [Burst(2, with_joint(pose, 2, radians(90.0) - 0.4), 0.8, 1) for pose in poses]
 
 
 def _bursts_3(arm: Arm) -> list[Action]:
