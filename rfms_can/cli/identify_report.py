@@ -42,16 +42,18 @@ def _table(title: str, *headings: str) -> Table:
     return table
 
 
-def print_report(found: Identification, calibration: Calibration, truth: Calibration) -> None:
-    """All tables but that of the comparison."""
+def print_report(
+    found: Identification, calibration: Calibration, truth: Calibration, beside: str
+) -> None:
+    """All tables but that of the comparison; ``beside`` says what ``truth`` is."""
     console = _console()
-    _print_torque(console, calibration, truth)
+    _print_torque(console, calibration, truth, beside)
     _print_converters(console, found)
     _print_fits(console, found)
-    _print_constants(console, calibration, truth)
+    _print_constants(console, calibration, truth, beside)
     _print_identities(console, found)
     models = compare_models(found, calibration, truth)
-    table = _table("Over random poses: largest error, % of the plant's", "", *"123456")
+    table = _table(f"Over random poses: largest difference from the {beside}, %", "", *"123456")
     for name, errors in zip(("simplified D_ii", "full D_ii"), models.effective, strict=True):
         table.add_row(name, *(f"{100.0 * error:.2f}" for error in errors))
     console.print(table)
@@ -68,10 +70,10 @@ def print_report(found: Identification, calibration: Calibration, truth: Calibra
         console.print(note, markup=False)
 
 
-def _print_torque(console: Console, found: Calibration, truth: Calibration) -> None:
+def _print_torque(console: Console, found: Calibration, truth: Calibration, beside: str) -> None:
     table = _table(
         "Torque against current (Eq. 4.13, Table 4.1)",
-        *("joint", "", "found", "deviation", "plant", "error %"),
+        *("joint", "", "found", "deviation", beside, "error %"),
     )
     for joint, row in enumerate(torque_figures(found, truth), start=1):
         for figure in row:
@@ -112,11 +114,11 @@ def _print_fits(console: Console, found: Identification) -> None:
     console.print(table)
 
 
-def _print_constants(console: Console, found: Calibration, truth: Calibration) -> None:
+def _print_constants(console: Console, found: Calibration, truth: Calibration, beside: str) -> None:
     thesis = thesis_constants()
     table = _table(
         "Simplified dynamics: c Nm, b kg m2, convention B; errors in % of the largest of a kind",
-        *("", "found", "deviation", "plant", "error %", "thesis", "verdict on the thesis"),
+        *("", "found", "deviation", beside, "error %", "thesis", "verdict on the thesis"),
     )
     table.columns[-1].justify = "left"
     table.columns[-1].no_wrap = False

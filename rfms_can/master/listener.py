@@ -12,9 +12,8 @@ from rfms_can.master.broadcast import Broadcast
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import MasterSettings
 from rfms_can.master.start_up.bring_up import BringUp
-from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.master.start_up.node_parameters import parameters_for
 from rfms_can.models import make_dynamics
-from rfms_can.models.dynamics_model import NONE
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT, Wire
 from rfms_can.wire.records import (
     ConfigAck,
@@ -45,14 +44,7 @@ class Listener(Endpoint):
 
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
         super().__init__(MASTER, wire, boot_id)
-        period_s = settings.period_ns * 1e-9
-        parameters = all_parameters(
-            arm,
-            settings.friction,
-            period_s,
-            settings.calibration,
-            compensated=settings.dynamics != NONE,
-        )
+        parameters = parameters_for(arm, settings)
         self.arm = arm
         self.settings = settings
         self.phase = Phase.ROLL_CALL

@@ -76,8 +76,29 @@ def _quintic(here: Floats, way: Floats, seconds: float) -> Path:
 Torque = Callable[[Floats, Floats, Floats], Floats]
 
 
+class _Model(NamedTuple):
+    """A model: its name, its torque, and one update of it."""
+
+    name: str
+    torque: Torque
+    update: Callable[[Sequence[float]], object]
+
+
 def significance(arm: Arm, constants: Mapping[str, float]) -> list[Significance]:
     """The table: models from whole to bare."""
+    paths = gross_motion(arm), fine_motion(arm)
+    exact = [_along(ArmDynamics(arm).torque, path) for path in paths]
+    rows = []
+    for name, torque, update in _models(arm, constants):
+        left = [
+            float(np.max(np.abs(_along(torque, path) - whole).max(axis=0) / _most(whole, arm)))
+            for path, whole in zip(paths, exact, strict=True)
+        ]
+        rows.append(Significance(name, _cost(update, arm), left[0], left[1]))
+    return rows
+
+
+def _models(arm: Arm, constants: Mapping[str, float]) -> tuple[_Model, ...]:
     full, simple = ArmDynamics(arm), SimplifiedDynamics(arm, constants)
 
     def without_velocity(q: Floats, _qd: Floats, qdd: Floats) -> Floats:
@@ -97,27 +118,17 @@ def significance(arm: Arm, constants: Mapping[str, float]) -> list[Significance]
         simple.update(q.tolist())
         return simple.g.copy()
 
-    models: tuple[tuple[str, Torque, Callable[[Sequence[float]], object]], ...] = (
-        ("Newton-Euler, whole", full.torque, lambda q: full.torque(q, _ONES, _ONES)),
-        ("M and g, no velocity terms", without_velocity, full.update),
-        (
+    return (
+        _Model("Newton-Euler, whole", full.torque, lambda q: full.torque(q, _ONES, _ONES)),
+        _Model("M and g, no velocity terms", without_velocity, full.update),
+        _Model(
             "simplified, with its velocity terms",
             with_velocity,
-            lambda q: velocity_torque(simple, np.array(q), _ONES),
+            lambda q: with_velocity(np.array(q), _ONES, _ONES),
         ),
-        ("simplified: 4.9, 4.11, 4.12", simplified, simple.update),
-        ("gravity alone: 4.9", gravity, simple.update),
+        _Model("simplified: 4.9, 4.11, 4.12", simplified, simple.update),
+        _Model("gravity alone: 4.9", gravity, simple.update),
     )
-    paths = gross_motion(arm), fine_motion(arm)
-    exact = [_along(full.torque, path) for path in paths]
-    rows = []
-    for name, torque, update in models:
-        left = [
-            float(np.max(np.abs(_along(torque, path) - whole).max(axis=0) / _most(whole, arm)))
-            for path, whole in zip(paths, exact, strict=True)
-        ]
-        rows.append(Significance(name, _cost(update, arm), left[0], left[1]))
-    return rows
 
 
 _ONES: Final = np.ones(JOINTS)

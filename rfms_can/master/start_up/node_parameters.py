@@ -13,6 +13,8 @@ from typing import Final
 from rfms_can.arm import Arm, friction_set
 from rfms_can.arm.calibration import Calibration, JointCalibration
 from rfms_can.dynamics import ArmDynamics
+from rfms_can.master.settings import MasterSettings
+from rfms_can.models.dynamics_model import NONE
 from rfms_can.wire import GRIPPER, JOINTS
 from rfms_can.wire.vocabulary import Parameter
 
@@ -128,6 +130,17 @@ def all_parameters(
         node: {p: number.unpack(number.pack(v))[0] for p, v in parameters.items()}
         for node, parameters in nodes.items()
     }
+
+
+def parameters_for(arm: Arm, settings: MasterSettings) -> dict[int, Parameters]:
+    """Parameters of nodes 1 to 7 as a master's settings have them."""
+    return all_parameters(
+        arm,
+        settings.friction,
+        settings.period_ns * 1e-9,
+        settings.calibration,
+        compensated=settings.dynamics != NONE,
+    )
 
 
 def _measured(joint: JointCalibration, nominal: Parameters) -> Parameters:

@@ -61,8 +61,8 @@ def compensations(
     return runs
 
 
-def compare(runs: Mapping[str, RunSettings], jobs: int = 1) -> list[Tracking]:
-    """The fast program with each compensation.
+def compare(runs: Mapping[str, RunSettings], jobs: int = 1, attach: bool = False) -> list[Tracking]:
+    """The fast program with each compensation; ``attach``: nodes and boards are on the bus.
 
     Raises:
         FaultError: a fault halted one of the runs.
@@ -71,13 +71,13 @@ def compare(runs: Mapping[str, RunSettings], jobs: int = 1) -> list[Tracking]:
     if jobs > 1 and all(settings.simulated for settings in runs.values()):
         with get_context("fork").Pool(jobs) as pool:
             return pool.map(_run, tasks, chunksize=1)
-    return [_run(task) for task in tasks]
+    return [_run(task, attach) for task in tasks]
 
 
-def _run(task: tuple[str, RunSettings]) -> Tracking:
+def _run(task: tuple[str, RunSettings], attach: bool = False) -> Tracking:
     name, settings = task
     tour: Tour = fast_tour(settings.the_arm)
-    outcome = execute(program_of((tour,), settings.the_arm, []), settings)
+    outcome = execute(program_of((tour,), settings.the_arm, []), settings, attach=attach)
     if outcome.fault is not None:
         raise FaultError(f"compensation {name!r}: {outcome.fault}") from outcome.fault
     joints = tuple(outcome.result.joints)

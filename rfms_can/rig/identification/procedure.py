@@ -103,14 +103,21 @@ def run_all(
         found.update(_side_by_side(missing, watcher, jobs, interrupted))
         return found
     for task in missing:
-        watcher.begin(task.experiment)
-        if ask is not None and task.attach:
-            ask(task.experiment.load)
-        data = run_one(task, watcher.cycles, interrupted)
-        save(task.path, data, task.digest)
-        found[task.experiment.name] = data
-        watcher.end(task.experiment, False)
+        found[task.experiment.name] = _by_itself(task, watcher, ask, interrupted)
     return found
+
+
+def _by_itself(
+    task: Task, watcher: Watcher, ask: Ask | None, interrupted: Callable[[], bool]
+) -> Data:
+    """Run an experiment in this process and keep its data."""
+    watcher.begin(task.experiment)
+    if ask is not None and task.attach:
+        ask(task.experiment.load)
+    data = run_one(task, watcher.cycles, interrupted)
+    save(task.path, data, task.digest)
+    watcher.end(task.experiment, False)
+    return data
 
 
 LOOK_S: Final = 0.2
