@@ -30,8 +30,10 @@ from rfms_can.rig.identification.control import (
 from rfms_can.rig.identification.data import Data, DataError, fingerprint, load, save
 from rfms_can.rig.identification.experiments import Experiment, experiments
 from rfms_can.rig.identification.procedure import run_all, run_one, tasks_of
-from rfms_can.rig.session import Session
+from rfms_can.rig.runner import execute
+from rfms_can.rig.session import Rig, Session
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.simulated import SimulatedRig
 
 pytestmark = pytest.mark.system
 
@@ -151,6 +153,23 @@ def test_knowing_the_arm_is_worth_a_fifth_of_the_error(tmp_path: Path) -> None:
     none, identified = compare(chosen, jobs=2)
     assert identified.rms < 0.2 * none.rms
     assert identified.largest < 0.2 * none.largest
+
+
+@pytest.mark.parametrize("seed", [1, 2, 4])
+def test_a_start_without_a_probe_ends_in_homing_and_not_in_a_stop(seed: int) -> None:
+    """The guard of homing: joints 1, 2 and 6 count backwards here."""
+    rigs: list[SimulatedRig] = []
+
+    def keep(rig: Rig) -> None:
+        assert isinstance(rig, SimulatedRig)
+        rigs.append(rig)
+
+    settings = replace(SETTINGS, plant=f"perturbed:{seed}")
+    signs = [w.encoder_sign for w in make_variant(settings.plant, ARM, "corke").wiring]
+    outcome = execute(lambda arm: None, settings, watch=keep)
+    assert str(outcome.fault).startswith(f"joint {signs.index(-1) + 1}: HOMING_FAILED")
+    moved = zip(rigs[0].plant.physics.true_q, ARM.park, strict=True)
+    assert max(abs(q - park) for q, park in moved) < 0.2
 
 
 # --- the command -----------------------------------------------------------------------------
