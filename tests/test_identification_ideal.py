@@ -84,8 +84,12 @@ def test_a_load_that_was_not_there_is_refused_with_the_joint() -> None:
     variant, data = ideal_experiments("puma560", "table41")
     experiment = next(e for e in experiments(arm) if e.name == "sweep-3-load")
     bare = ideal_data(replace(experiment, load=False), variant)._replace(load=True)
-    with pytest.raises(IdentificationError, match=r"joint 3: slope.*known load"):
+    with pytest.raises(IdentificationError, match=r"joint 3: .*known load"):
         identify(arm, {**data, "sweep-3-load": bare})
+    experiment = next(e for e in experiments(arm) if e.name == "burst-1-load")
+    bare = ideal_data(replace(experiment, load=False), variant)._replace(load=True)
+    with pytest.raises(IdentificationError, match=r"joint 1: .*known load"):
+        identify(arm, {**data, "burst-1-load": bare})
 
 
 def test_missing_frames_and_missing_experiments_are_refused() -> None:

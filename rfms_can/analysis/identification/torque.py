@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from rfms_can.analysis.cycles import Floats
-from rfms_can.analysis.identification.least_squares import Fit, solve
+from rfms_can.analysis.identification.least_squares import Fit, IdentificationError, solve
 from rfms_can.analysis.identification.momentum import Motion, inertia_of
 from rfms_can.analysis.identification.windows import Window
 from rfms_can.arm import Arm, known_load, load_alone
@@ -26,6 +26,13 @@ from rfms_can.arm.torque_law import TorqueLaw
 from rfms_can.dynamics import ArmDynamics
 
 LAW: Final = ("slope_positive", "offset_positive", "slope_negative", "offset_negative", "viscous")
+
+
+UNSEEN: Final = 0.3
+"""Part of the known load's torque that may be left; more, and it was not there."""
+_NO_LOAD: Final = (
+    "the currents do not show the known load: it was not in the hand when it should have been"
+)
 
 
 @dataclass(frozen=True)
@@ -79,6 +86,8 @@ def weighed_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueF
         rights.append(known.weight(window.q, window.joint) if window.load else 0.0)
     matrix, right = np.array(rows).reshape(-1, len(names)), np.array(rights)
     fit = solve(names, matrix, right, what)
+    if fit.residual > UNSEEN * float(np.sqrt(np.mean(right**2))):
+        raise IdentificationError(f"{what}: {_NO_LOAD}")
     solution = np.array([fit.values[name] for name in names])
     asked = right - matrix[:, 4:] @ solution[4:]
     points = [
@@ -104,6 +113,8 @@ def turned_joint(
             currents = [motion.current - _dragged(drag, motion, name) for motion in own]
             over[load] = inertia_of(own, currents, period_s)
         gain = over[True].values["inertia"] - over[False].values["inertia"]
+        if gain < UNSEEN * over[False].values["inertia"] / 4.0:
+            raise IdentificationError(f"{what}: {_NO_LOAD}")
         loads = [known.inertia(m.pose, m.joint) for m in motions if m.load]
         slopes[name] = float(np.mean(loads)) / gain
         spread = hypot(*(fit.deviations["inertia"] for fit in over.values())) / gain
