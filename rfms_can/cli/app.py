@@ -13,6 +13,7 @@ from rfms_can.cli.coordinate import coordinate
 from rfms_can.cli.demo import demo
 from rfms_can.cli.doctor import doctor
 from rfms_can.cli.hub import hub
+from rfms_can.cli.identify import identify
 from rfms_can.cli.kin import kin
 from rfms_can.cli.nodes import gripper, joint, master, plant
 from rfms_can.cli.plot import plot
@@ -49,6 +50,7 @@ for _verb in (
     budget,
     stability,
     campaign,
+    identify,
     plot,
     doctor,
 ):

@@ -19,8 +19,8 @@ DAC_MAX: Final = 2047
 OTHERS_BAND: Final = 3.0
 """Dead band of the other joints' integrals over that of the own: their encoders may be coarser."""
 COMPLYING_INTEGRAL: Final = 0.3
-"""Part of its limit the integral may use while the arm complies: what is blocked is to wait, and not
-to jump when it comes free."""
+"""Part of its limit the integral may use while the arm complies: what is blocked is to wait, and
+not to jump when it comes free."""
 _NOTHING: Final = (0.0,) * 6
 
 
