@@ -28,6 +28,7 @@ AT_REST = Status(
     complying="",
     complied=NOTHING,
     force=NOTHING,
+    sensed=False,
     guard=None,
     lease=None,
     refused=0,

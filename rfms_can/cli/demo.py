@@ -8,7 +8,7 @@ from rfms_can.cli.run import run_program
 from rfms_can.errors import ProgramError
 from rfms_can.rig.settings import RunSettings
 
-DEMO = "transfer.py"
+DEMO = "peg_in_hole.py"
 
 
 def demo(record: RecordOption = None, as_json: JsonOption = False) -> None:
