@@ -101,9 +101,8 @@ class FrictionCompensation:
             cycle: number of the control cycle; the dither's clock.
         """
         moving = self._moving
-        speed = desired + push
-        if not -moving < measured < moving:
-            speed = measured
+        rests = -moving < measured < moving
+        speed = desired + push if rests else measured
         self._passing |= not self._complies
         self._complies = True
         self.resting = False  # no integral to be kept back
@@ -111,10 +110,10 @@ class FrictionCompensation:
         size = self._positive if part > 0.0 else self._negative
         self._go_to(COMPLYING_PART * size * part)
         torque = self._coulomb + self._viscous * speed
-        if self._dither and not self._passing:
+        if self._dither and rests and not self._passing:
             up = cycle % self._wave < self._half_wave
-            left = self._dither * (1.0 - abs(part))
-            torque += left * (self._positive if up else -self._negative)
+            wave = self._positive if up else -self._negative
+            torque += self._dither * (wave - self._coulomb)
         return torque
 
     def _go_to(self, coulomb: float) -> None:

@@ -55,6 +55,11 @@ class MasterSettings:
     dither: float = 0.0
 
     @property
+    def force_loop(self) -> str:
+        """``none`` without a wrist sensor, ``open`` or ``closed`` over it."""
+        return "closed" if self.closed else "open" if self.sensor else "none"
+
+    @property
     def period_ns(self) -> int:
         """Control period, ns."""
         return round(1e9 / self.rate_hz)
