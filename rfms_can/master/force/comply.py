@@ -95,12 +95,20 @@ class Comply:
             self.displacement = self._fade.step()
             if self._fade.over:
                 self.reset()
+            else:
+                self.transform = self._left(theta)
             return self.displacement
         near = [t + d for t, d in zip(theta, self.displacement, strict=True)]
         pose = direct(self._arm, theta) @ self.transform
         q = self._solve(pose, configuration_of(self._arm, theta), near)
         self.displacement = tuple(a - b for a, b in zip(q, theta, strict=True))
         return self.displacement
+
+    def _left(self, theta: Joints) -> Transform:
+        """What is left of COMPLY on its way back: complying again goes on from there."""
+        q1, q2, q3, q4, q5, q6 = (t + d for t, d in zip(theta, self.displacement, strict=True))
+        displaced = direct(self._arm, (q1, q2, q3, q4, q5, q6))
+        return _rigid(direct(self._arm, theta).inverse() @ displaced)
 
     def amount(self, E: Transform) -> Vector6:
         """How far the compliance frame has been let go, along its own axes: m and rad (6)."""
