@@ -19,6 +19,10 @@ INSERTED: Final = 0.039
 """Depth, m, from which a peg of 40 mm counts as in: the rest is the servo's error."""
 
 
+SETTLED: Final = 25
+"""Cycles for which it is still watched then."""
+
+
 def insert(job: Job, program: Path) -> Insertion:
     """Run one job.
 
@@ -37,13 +41,20 @@ def insert(job: Job, program: Path) -> Insertion:
         rig.watch.keep = True
         watched.append(rig)
 
+    def is_in() -> bool:
+        """What comes after is not judged: the program is told to end."""
+        rows = watched[0].watch.rows if watched and watched[0].watch else []
+        return len(rows) > SETTLED and -rows[-SETTLED].tip.pz >= INSERTED
+
     why = ""
     run = load_program(program)
     try:
         with contextlib.redirect_stdout(io.StringIO()):
-            outcome = execute(run, settings, watch=watch)
+            outcome = execute(run, settings, watch=watch, interrupted=is_in)
         if outcome.fault is not None:
             why = str(outcome.fault)
+    except KeyboardInterrupt:
+        pass  # it is in
     except RfmsError as error:
         why = str(error)
     (rig,) = watched
