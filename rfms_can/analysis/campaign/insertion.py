@@ -2,12 +2,12 @@
 
 import contextlib
 import io
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from rfms_can.analysis.campaign.job import Insertion, Job
+from rfms_can.analysis.peg_figures import peg_figures
 from rfms_can.errors import RfmsError
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
@@ -64,22 +64,18 @@ def insert(job: Job, program: Path) -> Insertion:
 
 def _judged(job: Job, rows: Sequence[Truth], period_s: float, why: str) -> Insertion:
     """Forces until the peg is in."""
-    deepest = max((-row.tip.pz for row in rows), default=0.0)
-    end = next((k for k, row in enumerate(rows) if -row.tip.pz >= INSERTED), len(rows) - 1)
-    touching = [row.contact.force for row in rows[: end + 1] if row.contact.points]
-    first = next((k for k, row in enumerate(rows) if row.contact.points), end)
-    lateral = [math.hypot(x, y) for x, y, _ in touching]
-    inserted = deepest >= INSERTED and not why
+    figures = peg_figures(rows, INSERTED)
+    inserted = figures.depth >= INSERTED and not why
     if not inserted and not why:
-        why = f"stopped {1e3 * deepest:.1f} mm deep"
+        why = f"stopped {1e3 * figures.depth:.1f} mm deep"
     return Insertion(
         *job.group,
         seed=job.seed,
         inserted=inserted,
         why=why,
-        depth=deepest,
-        lateral_peak=max(lateral, default=0.0),
-        lateral_mean=sum(lateral) / len(lateral) if lateral else 0.0,
-        axial_peak=max((abs(z) for _, _, z in touching), default=0.0),
-        seconds=(end - first) * period_s,
+        depth=figures.depth,
+        lateral_peak=figures.lateral_peak,
+        lateral_mean=figures.lateral_mean,
+        axial_peak=figures.axial_peak,
+        seconds=figures.cycles * period_s,
     )
