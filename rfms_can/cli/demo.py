@@ -36,7 +36,7 @@ def demo(
     picture: Annotated[Path, typer.Option(help="of the insertion; needs matplotlib")] = PICTURE,
     as_json: JsonOption = False,
 ) -> None:
-    """Put a peg into a hole that is not where the program has it: approach, comply, insert, leave."""
+    """Put a peg into a hole that is not where the program has it, and take it out again."""
     from rfms_can.rig.simulated import SimulatedRig
 
     rigs: list[SimulatedRig] = []
@@ -59,16 +59,11 @@ def _tell(rows: "Sequence[Truth]", period_s: float, picture: Path) -> None:
     from rfms_can.errors import RfmsError
 
     figures = peg_figures(rows, 0.039)
+    seconds = figures.cycles * period_s
     words = f"law {SETTINGS.law}, 30 rad/s critically damped, dither {SETTINGS.dither:g}"
     told = [
-        (
-            "peg",
-            f"{1e3 * figures.depth:.1f} mm deep, {figures.cycles * period_s:.2f} s after it met",
-        ),
-        (
-            "",
-            f"{figures.lateral_peak:.1f} N across at most, {figures.lateral_mean:.1f} N on average",
-        ),
+        ("peg", f"{1e3 * figures.depth:.1f} mm deep, {seconds:.2f} s after it met the hole"),
+        ("", f"{figures.lateral_peak:.1f} N across at most, {figures.lateral_mean:.1f} on average"),
         ("contact", "steel on steel: 1e7 N/m, friction 0.2, clearance 0.2 mm all round"),
         ("control", words),
     ]
