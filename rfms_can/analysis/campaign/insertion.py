@@ -2,12 +2,12 @@
 
 import contextlib
 import io
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from rfms_can.analysis.campaign.job import Insertion, Job
+from rfms_can.analysis.peg_figures import peg_figures
 from rfms_can.errors import RfmsError
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
@@ -17,6 +17,10 @@ from rfms_can.rig.truth import Truth
 
 INSERTED: Final = 0.039
 """Depth, m, from which a peg of 40 mm counts as in: the rest is the servo's error."""
+
+
+SETTLED: Final = 25
+"""Cycles for which it is still watched then."""
 
 
 def insert(job: Job, program: Path) -> Insertion:
@@ -37,13 +41,20 @@ def insert(job: Job, program: Path) -> Insertion:
         rig.watch.keep = True
         watched.append(rig)
 
+    def is_in() -> bool:
+        """What comes after is not judged: the program is told to end."""
+        rows = watched[0].watch.rows if watched and watched[0].watch else []
+        return len(rows) > SETTLED and -rows[-SETTLED].tip.pz >= INSERTED
+
     why = ""
     run = load_program(program)
     try:
         with contextlib.redirect_stdout(io.StringIO()):
-            outcome = execute(run, settings, watch=watch)
+            outcome = execute(run, settings, watch=watch, interrupted=is_in)
         if outcome.fault is not None:
             why = str(outcome.fault)
+    except KeyboardInterrupt:
+        pass  # it is in
     except RfmsError as error:
         why = str(error)
     (rig,) = watched
@@ -53,22 +64,18 @@ def insert(job: Job, program: Path) -> Insertion:
 
 def _judged(job: Job, rows: Sequence[Truth], period_s: float, why: str) -> Insertion:
     """Forces until the peg is in."""
-    deepest = max((-row.tip.pz for row in rows), default=0.0)
-    end = next((k for k, row in enumerate(rows) if -row.tip.pz >= INSERTED), len(rows) - 1)
-    touching = [row.contact.force for row in rows[: end + 1] if row.contact.points]
-    first = next((k for k, row in enumerate(rows) if row.contact.points), end)
-    lateral = [math.hypot(x, y) for x, y, _ in touching]
-    inserted = deepest >= INSERTED and not why
+    figures = peg_figures(rows, INSERTED)
+    inserted = figures.depth >= INSERTED and not why
     if not inserted and not why:
-        why = f"stopped {1e3 * deepest:.1f} mm deep"
+        why = f"stopped {1e3 * figures.depth:.1f} mm deep"
     return Insertion(
         *job.group,
         seed=job.seed,
         inserted=inserted,
         why=why,
-        depth=deepest,
-        lateral_peak=max(lateral, default=0.0),
-        lateral_mean=sum(lateral) / len(lateral) if lateral else 0.0,
-        axial_peak=max((abs(z) for _, _, z in touching), default=0.0),
-        seconds=(end - first) * period_s,
+        depth=figures.depth,
+        lateral_peak=figures.lateral_peak,
+        lateral_mean=figures.lateral_mean,
+        axial_peak=figures.axial_peak,
+        seconds=figures.cycles * period_s,
     )
