@@ -56,8 +56,8 @@ def test_an_arm_pushed_where_it_complies_is_followed_by_its_set_point() -> None:
     comply = Comply(PUMA_260)
     J = frame_jacobian((np.array(Q) + pushed).tolist(), TOOL)
     comply.take((-pushed).tolist(), J, Selection.parse("fx"), TOOL)  # set-point less encoder
-    assert comply.follow(Q) == pytest.approx(pushed.tolist(), rel=0.03)
-    assert comply.amount(TOOL) == pytest.approx((0.004, 0, 0, 0, 0, 0), abs=1e-9)
+    assert comply.follow(Q) == pytest.approx(pushed.tolist(), rel=0.03, abs=1e-3)
+    assert comply.amount(TOOL) == pytest.approx((0.004, 0, 0, 0, 0, 0), abs=1e-5)
 
 
 def test_an_arm_pushed_where_it_is_rigid_is_not_followed() -> None:

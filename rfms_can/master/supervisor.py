@@ -129,7 +129,7 @@ class Supervisor(ControlCycle):
         if self.force is not None:
             felt.read(self.force, dynamics.load, direct(self.arm, q))
             self.force = None
-        elif motion.guarded:
+        elif motion.guarded and not felt.sensed:  # a reading that was lost is not made up for
             commanded = motion.commanded
             felt.guess(
                 self.torques,

@@ -18,7 +18,7 @@ from rfms_can.compliance.selection import Selection
 from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
 from rfms_can.master.force.fade import Fade
 from rfms_can.messages import Vector6
-from rfms_can.transform import Transform, small_motion
+from rfms_can.transform import Transform, motion_of
 
 Matrix = npt.NDArray[np.float64]
 
@@ -112,13 +112,12 @@ class Comply:
 
     def amount(self, E: Transform) -> Vector6:
         """How far the compliance frame has been let go, along its own axes: m and rad (6)."""
-        return small_motion(E.inverse() @ self.transform @ E)
+        return motion_of(E.inverse() @ self.transform @ E)
 
     def astray(self) -> str | None:
         """Why it has gone too far, or None."""
-        gone = self.transform
-        distance = math.hypot(gone.px, gone.py, gone.pz)
-        turn = math.acos(max(-1.0, min(1.0, 0.5 * (gone.nx + gone.oy + gone.az - 1.0))))
+        x, y, z, rx, ry, rz = motion_of(self.transform)
+        distance, turn = math.hypot(x, y, z), math.hypot(rx, ry, rz)
         if distance <= FARTHEST and turn <= FARTHEST_TURN:
             return None
         return (

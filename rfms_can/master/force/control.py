@@ -135,6 +135,8 @@ class ForceControl:
             return None
         began = self._asked is None or asked.sequence != self._asked.sequence
         self._asked = asked
+        if began and not asked.specification.guard.active:
+            self.felt.forget()
         if not began and self._is_idle(asked.specification, in_force):
             return None
         T6 = direct(self._arm, q)
@@ -151,8 +153,8 @@ class ForceControl:
         self.complied = self.comply.amount(frame)
         self._push(asked.specification, J, q, errors, frame)
         if began:
-            self.guards.begin(asked.specification.guard, T6 @ frame)
-        return self.guards.watch(asked.sequence, self.force, T6 @ frame)
+            self.guards.begin(asked.specification.guard, T6, frame)
+        return self.guards.watch(asked.sequence, self.force, T6)
 
     def refusal(self, asked: Asked, theta: Joints, rests: bool) -> str | None:
         """Why what a move asks for cannot be done, or None.
