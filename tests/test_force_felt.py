@@ -1,4 +1,4 @@
-"""What the hand feels: weight and bias taken out of readings; guessed from torques, and how surely."""
+"""What the hand feels: readings without weight and bias; guesses from torques, and how sure."""
 
 import numpy as np
 import pytest

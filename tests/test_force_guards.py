@@ -1,7 +1,6 @@
 """Guards: words, units, both senses, and the way a move has gone."""
 
 import math
-from collections.abc import Sequence
 
 import pytest
 from hypothesis import given

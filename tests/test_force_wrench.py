@@ -1,4 +1,4 @@
-"""Wrenches between frames, and the weight of a load: each against another way to the same number."""
+"""Wrenches between frames, and the weight of a load: each against another way to a number."""
 
 import numpy as np
 import pytest

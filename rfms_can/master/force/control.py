@@ -21,7 +21,7 @@ from rfms_can.compliance import (
 )
 from rfms_can.compliance.selection import DIRECTIONS
 from rfms_can.kinematics import Joints, direct, jacobian
-from rfms_can.master.force.bias import BiasForce
+from rfms_can.master.force.bias import BIAS_PART, BiasForce
 from rfms_can.master.force.comply import Comply
 from rfms_can.master.force.felt import Felt
 from rfms_can.master.force.guards import Guards, reached_force
@@ -39,8 +39,6 @@ from rfms_can.transform import Transform, differential_transform
 
 Matrix = npt.NDArray[np.float64]
 
-BIAS_PART: Final = 0.8
-"""Part of a joint's torque limit that a bias force may take: gravity and friction need the rest."""
 FADE_PART: Final = 0.2
 """Part of a joint's speed and acceleration limits that the way back from compliance may take."""
 
