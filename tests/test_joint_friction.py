@@ -1,6 +1,7 @@
 """Friction compensation of a complying joint: by its motion, by its push, by a dither; passages."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -77,7 +78,7 @@ def test_a_small_push_overcomes_a_part_of_it() -> None:
     """Less than a code of speed, either way: in proportion, without a step in between."""
     torques = [settled(compensation(), 0.0, 0.0, k * MOVING / 20.0) for k in range(-20, 21)]
     assert torques[20] == 0.0
-    steps = [b - a for a, b in zip(torques, torques[1:], strict=False)]
+    steps = [b - a for a, b in pairwise(torques)]
     assert min(steps) > 0.0
     assert max(steps) < 0.06 * (POSITIVE + NEGATIVE)
 
