@@ -111,7 +111,8 @@ class Supervisor(ControlCycle):
             return
         self.statistics.errors(self.errors, self.motion.moves)
         self._control_force()
-        self._make_setpoint()
+        if self.phase is Phase.RUN:
+            self._make_setpoint()
 
     def _close_halted(self) -> None:
         if self._stop_asked:
@@ -139,6 +140,8 @@ class Supervisor(ControlCycle):
                 dynamics.M,
                 dynamics.g,
             )
+        if not motion.guarded:
+            force.guards.end()
         if force.close(motion.asked, q, self.errors, self.broadcast.in_force):
             motion.end_guarded()
         astray = force.comply.astray()

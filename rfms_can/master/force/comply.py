@@ -55,6 +55,11 @@ class Comply:
         """Whether set-points are displaced."""
         return self.transform is not _IDENTITY
 
+    @property
+    def fading(self) -> bool:
+        """Whether the set-point is on its way back to the commanded trajectory."""
+        return self._fade is not None
+
     def take(self, errors: Sequence[float], J: Matrix, selection: Selection, E: Transform) -> None:
         """Add what the nodes ignore of their errors.
 

@@ -6,6 +6,7 @@ act one SYNC after they have gone out, so what the nodes complied in is that of 
 not that of the rows asked for.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
@@ -142,7 +143,7 @@ class ForceControl:
         self._specify(asked.specification, frame)
         self.force = in_frame(self.felt.wrench, frame)
         J = compliance_jacobian(self._math.dynamics.J, frame)
-        if in_force.selection.size and self._law is not ControlLaw.POSITION:
+        if in_force.selection.size:
             there = compliance_jacobian(self._math.dynamics.J, in_force.frame)
             self.comply.take(errors, there, in_force.selection, in_force.frame)
         elif asked.specification.selection == RIGID:
@@ -183,7 +184,7 @@ class ForceControl:
                 )
                 return (
                     f"the bias {words} takes {abs(torque):.1f} Nm of joint {joint}, which has "
-                    f"{limit:.1f} Nm for it: ask for {limit / abs(torque):.2g} of it or less"
+                    f"{limit:.1f} Nm for it: ask for {_at_most(limit / abs(torque)):g} of it or less"
                 )
         return None
 
@@ -263,6 +264,11 @@ class ForceControl:
             rows = self._math.complying.last
             if rows is not None:
                 self._extra = self._Kp * cartesian_part(J, rows.errors, dx, np.asarray(errors))
+
+
+def _at_most(part: float) -> float:
+    """A part of the whole in hundredths, none too many."""
+    return math.floor(100.0 * part) / 100.0
 
 
 def _is_elsewhere(a: Transform, b: Transform) -> bool:

@@ -41,6 +41,10 @@ class Guards:
         if guard.active:
             self.tripped = None
 
+    def end(self) -> None:
+        """The move is over: what is met from now on stops nothing."""
+        self._guard = None
+
     def watch(self, sequence: int, force: Sequence[float], T6: Transform) -> str | None:
         """One cycle; why the move is to be stopped, or None.
 
