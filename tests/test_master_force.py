@@ -351,7 +351,7 @@ def test_words_that_name_no_directions_are_refused(fleet: PushedFleet, word: str
 def test_a_compliance_frame_that_is_none_is_refused(
     fleet: PushedFleet, rows: tuple[float, ...]
 ) -> None:
-    with pytest.raises(ProgramError, match="rigid|rotation|orthonormal"):
+    with pytest.raises(ProgramError, match=r"rigid|rotation|orthonormal"):
         fleet.master.handle(TransformMessage("task", Transform(*rows)))
     fleet.master.handle(TransformMessage("part", direct(fleet.master.arm, fleet.master.arm.park)))
     with pytest.raises(ProgramError, match="'task'"):
@@ -488,6 +488,68 @@ def test_what_a_tool_weighs_comes_without_a_step_and_is_compensated(fleet: Pushe
     scale = abs(fleet.master._codes[1][0])
     torques = np.array([dac.current_dac for dac in fleet.said("DAC_2", since)]) * scale
     assert np.abs(np.diff(torques)).max() < 0.6 * jump
+
+
+@pytest.mark.parametrize("law", ["hybrid", "free-joint", "raibert-craig"])
+def test_every_law_complies_and_comes_back(wire: Wire, law: str) -> None:
+    fleet = PushedFleet(wire, friction="none", law=law)
+    fleet.enable()
+    pushed_aside(fleet)
+    assert status_of(fleet.master).complied[0] > 0.003
+    fleet.lock("fx")
+    fleet.settle(fleet.move())
+    assert fleet.master.fault is None
+    assert fleet.plant.physics.true_q == pytest.approx(list(fleet.master.arm.park), abs=2e-3)
+
+
+def test_under_the_stiffness_law_a_push_goes_on_and_on(wire: Wire) -> None:
+    """Its compliant directions have no stiffness, and so no damping; the others hold."""
+    fleet = PushedFleet(wire, friction="none", law="stiffness")
+    fleet.enable()
+    fleet.comply("fx")
+    fleet.move()
+    fleet.run(110)
+    fleet.push = (4.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    fleet.run(15)
+    fleet.push = (0.0,) * 6
+    fleet.run(30)
+    first = status_of(fleet.master).complied[0]
+    fleet.run(60)
+    second = status_of(fleet.master).complied[0]
+    fleet.run(60)
+    third = status_of(fleet.master).complied[0]
+    assert second - first > 0.002
+    assert third - second > 0.4 * (second - first)  # damped as the others are: 0.06
+    assert {row.damping for row in fleet.said("ROWS_2")} == {0.0}
+
+
+def test_an_arm_without_a_model_complies_by_the_inertia_of_its_gains(wire: Wire) -> None:
+    """Nothing is compensated then, its weight neither; but rows there must be."""
+    fleet = PushedFleet(wire, friction="none", law="hybrid", dynamics="none")
+    fleet.enable()
+    fleet.comply("rz")
+    since = len(fleet.pump.sent)
+    fleet.move()
+    fleet.run(10)
+    row = fleet.said("ROWS_6", since)[-1]
+    assert row.selection == 0b100000
+    assert row[5] == pytest.approx(0.0, abs=1e-5)  # rz is joint 6's own ...
+    assert fleet.said("ROWS_1", since)[-1][:6] == pytest.approx(
+        (1.0, 0, 0, 0, 0, 0), abs=1e-5
+    )  # ... and nobody else's
+
+
+def test_singularities_met_while_complying_are_told_once_each(fleet: PushedFleet) -> None:
+    reported = fleet.master.broadcast.math.complying.reported
+    way = 0.02 - fleet.master.arm.park[4]  # theta5 to a degree from zero
+    fleet.settle(fleet.move((0.0, 0.0, 0.0, 0.0, way, 0.0), 1.5))
+    assert reported == []
+    fleet.comply("rx")
+    fleet.move((0.0, 0.0, 0.0, 0.0, way, 0.0))
+    fleet.run(40)
+    assert len(reported) == len(set(reported)) == 1
+    assert re.fullmatch(r"near a singularity [fr][xyz].* beside rx could not be held", reported[0])
+    assert fleet.master.fault is None
 
 
 def test_a_frame_in_the_world_does_not_ride_on_the_tool(fleet: PushedFleet) -> None:

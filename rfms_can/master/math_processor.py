@@ -56,6 +56,7 @@ class MathProcessor:
         self._damps = law not in (ControlLaw.POSITION, ControlLaw.STIFFNESS)
         self.compliance = Compliance()
         self.complying = ComplyingRows(arm, law, Kp, natural)
+        self._own_inertia = np.diag(np.asarray(Kp) / natural**2)
 
     def made(self, number: int) -> Compliance:
         """What a set of rows that was sent is for."""
@@ -84,4 +85,6 @@ class MathProcessor:
     def _complying(self, q: Sequence[float]) -> LawRows:
         regular, dynamics = regular_pose(self._arm, q), self.dynamics
         J = dynamics.J if regular == tuple(q) else np.array(jacobian(self._arm, regular))
-        return self.complying.rows(self.compliance, J, dynamics.M)
+        # with no model, the inertia that the gains were made for is the metric
+        M = dynamics.M if dynamics.M.any() else self._own_inertia
+        return self.complying.rows(self.compliance, J, M)

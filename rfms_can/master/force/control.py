@@ -184,7 +184,8 @@ class ForceControl:
                 )
                 return (
                     f"the bias {words} takes {abs(torque):.1f} Nm of joint {joint}, which has "
-                    f"{limit:.1f} Nm for it: ask for {_at_most(limit / abs(torque)):g} of it or less"
+                    f"{limit:.1f} Nm for it: ask for {_at_most(limit / abs(torque)):g} of it "
+                    f"or less"
                 )
         return None
 
