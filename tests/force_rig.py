@@ -42,7 +42,7 @@ class PushedFleet(Fleet):
                 torque = [t + x for t, x in zip(torque, by.tolist(), strict=True)]
             steps(torque, *more)
 
-        model.step = pushed  # type: ignore[method-assign]  # nobody on the bus knows of it
+        model.step = pushed  # type: ignore[method-assign,assignment]  # nobody on the bus knows of it
 
     @property
     def force(self) -> Any:

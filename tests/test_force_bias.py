@@ -56,7 +56,7 @@ def test_its_power_is_that_of_the_force_where_it_complies(
     force: tuple[float, ...], rates: tuple[float, ...], bits: int
 ) -> None:
     """Virtual work: tau . theta_dot = f . v, with v from the other side of the Jacobian."""
-    selection, J = Selection.of(bits >> i & 1 for i in range(6)), at()
+    selection, J = Selection.of(bool(bits >> i & 1) for i in range(6)), at()
     torque = settled(BiasForce([1e3] * 6, T, closed=False), J, selection, force)
     velocity = (J @ rates).tolist()
     power = sum(f * v for f, v, s in zip(force, velocity, selection, strict=True) if s)

@@ -87,7 +87,7 @@ def test_what_is_added_is_the_exponential_of_delta_with_0_in_its_corner(
     errors: tuple[float, ...], bits: int
 ) -> None:
     """(2.16) prints a 1 there; COMPLY (I + Delta) would then lose its rotation."""
-    selection = Selection.of(bits >> i & 1 for i in range(6))
+    selection = Selection.of(bool(bits >> i & 1) for i in range(6))
     comply, J = Comply(PUMA_260), frame_jacobian(Q, TOOL)
     expected = np.eye(4)
     E = four(TOOL)

@@ -72,7 +72,7 @@ def test_a_load_weighs_what_the_model_holds(
     dynamics.carry(load)
     dynamics.update(q)
     held = dynamics.g - bare
-    T6 = direct(PUMA_560, q)  # type: ignore[arg-type]
+    T6 = direct(PUMA_560, q)
     felt = -np.array(jacobian(PUMA_560, q)).T @ weight(load, T6)
     assert held.tolist() == pytest.approx(felt.tolist(), abs=1e-8)
     x, y, z, *_ = weight(load, T6)

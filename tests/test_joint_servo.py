@@ -204,7 +204,7 @@ E, V, A = (
 
 
 def dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return sum(map(mul, a, b))
+    return float(sum(map(mul, a, b)))
 
 
 def test_the_weighted_law_feeds_the_whole_inertia_forward_and_servos_a_part_of_it() -> None:

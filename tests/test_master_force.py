@@ -80,10 +80,10 @@ def test_an_arm_pushed_where_it_complies_goes_and_one_that_is_rigid_does_not(
     x, *others = status_of(fleet.master).complied
     assert 0.003 < x < 0.1
     assert np.abs(others[:2]).max() < 0.05 * x
-    before = direct(fleet.master.arm, fleet.plant.physics.true_q)  # type: ignore[arg-type]
+    before = direct(fleet.master.arm, fleet.plant.physics.true_q)
     fleet.push = (0.0, 12.0, 0.0, 0.0, 0.0, 0.0)
     fleet.run(60)
-    after = direct(fleet.master.arm, fleet.plant.physics.true_q)  # type: ignore[arg-type]
+    after = direct(fleet.master.arm, fleet.plant.physics.true_q)
     moved = before.inverse() @ after  # along x it goes as the masses have it
     assert math.hypot(moved.py, moved.pz) < 0.003
 
@@ -213,7 +213,7 @@ def test_what_belongs_to_a_set_point_and_is_lost_is_a_set_point_lost(
     fleet.pump.lose(lambda frame, to: frame.id == lost and to is third)
     assert re.match(r"joint 3: (SETPOINT_MISSING|no ERROR_3)", fleet.halted())
     fleet.run(8)
-    assert third.state is NodeState.QUICKSTOP
+    assert {third.state} == {NodeState.QUICKSTOP}
 
 
 # --- guarded moves -----------------------------------------------------------------------------
