@@ -59,7 +59,7 @@ def test_a_peg_that_complies_in_the_air_comes_to_rest(wire: Wire, arm: str, leng
     speeds = np.abs(np.diff(np.array(at), axis=0)).max(axis=1) / 0.004
     late, later = speeds[250:375].max(), speeds[375:].max()
     # what complies has no stiffness: half a code of the DAC is enough to let it creep
-    assert later < 4e-3
+    assert later < 6e-3
     assert later < 1.2 * late + 1e-4
     J = compliance_jacobian(np.array(jacobian(fleet.master.arm, at[-1])), TOOL_OF[length])
     errors = np.array(fleet.master.errors)
