@@ -92,3 +92,31 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
             torques.append(servo.torque(e.tolist(), v.tolist(), (0.0,) * 6, sets, 0.0))
         wanted = loop.stiffness @ e + loop.damping @ v
         assert torques == pytest.approx(wanted.tolist(), rel=1e-5, abs=1e-7), law
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(("arm", "newton"), [("puma260", 1.0), ("puma560", 4.0)])
+def test_a_newton_moves_what_complies_as_its_mass_and_damping_say(
+    wire: Wire, arm: str, newton: float
+) -> None:
+    """v = f / (mu m) with 1/m = (J M^-1 J^T)_yy: A_c theta_ddot = A_c M^-1 J^T f - mu A_c theta_dot.
+
+    What holds the others does not act along it: A_c C = 0.
+    """
+    fleet = PushedFleet(wire, arm=arm, friction="none")
+    fleet.enable()
+    fleet.comply("fy")
+    fleet.move()
+    fleet.run(150)
+    before = fleet.force.complied[1]
+    fleet.run(50)
+    creep = fleet.force.complied[1] - before
+    fleet.push = (0.0, newton, 0.0, 0.0, 0.0, 0.0)
+    fleet.run(100)
+    before = fleet.force.complied[1]
+    fleet.run(50)
+    speed = (fleet.force.complied[1] - before - creep) / (50 * 0.004)
+    dynamics = fleet.master.broadcast.math.dynamics
+    mass = 1.0 / float((dynamics.J @ np.linalg.solve(dynamics.M, dynamics.J.T))[1, 1])
+    print(f"{arm}: {mass:.2f} kg, {1e3 * speed / newton:.2f} mm/s per newton")
+    assert speed == pytest.approx(newton / (COMPLIANT_DAMPING * mass), rel=0.05)
