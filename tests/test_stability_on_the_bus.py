@@ -86,8 +86,8 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
         torques = []
         for joint, values in enumerate(rows, start=1):
             sets = RowSets(joint)
-            sets.first, sets.second, sets.law = values[:6], values[6:12], values[14]
-            sets.damping, sets.selection = values[15], values[16]
+            sets.first, sets.second, sets.law = values[:6], values[6:12], int(values[14])
+            sets.damping, sets.selection = values[15], int(values[16])
             servo = Servo({**parameters[joint], Parameter.KI: 0.0}, joint)
             torques.append(servo.torque(e.tolist(), v.tolist(), (0.0,) * 6, sets, 0.0))
         wanted = loop.stiffness @ e + loop.damping @ v
@@ -99,9 +99,9 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
 def test_a_newton_moves_what_complies_as_its_mass_and_damping_say(
     wire: Wire, arm: str, newton: float
 ) -> None:
-    """v = f / (mu m) with 1/m = (J M^-1 J^T)_yy: A_c theta_ddot = A_c M^-1 J^T f - mu A_c theta_dot.
+    """v = f / (mu m) with 1/m = (J M^-1 J^T)_yy: y_ddot = A M^-1 A^T f - mu y_dot, A y's row of J.
 
-    What holds the others does not act along it: A_c C = 0.
+    What holds the others does not act along it: A C = 0.
     """
     fleet = PushedFleet(wire, arm=arm, friction="none")
     fleet.enable()
