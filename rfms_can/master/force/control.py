@@ -6,7 +6,6 @@ act one SYNC after they have gone out, so what the nodes complied in is that of 
 not that of the rows asked for.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
@@ -20,23 +19,22 @@ from rfms_can.compliance import (
     cartesian_part,
     compliance_jacobian,
 )
-from rfms_can.compliance.selection import DIRECTIONS
 from rfms_can.kinematics import Joints, direct, jacobian
-from rfms_can.master.force.bias import BIAS_PART, BiasForce
+from rfms_can.master.force.bias import BiasForce
 from rfms_can.master.force.comply import Comply
 from rfms_can.master.force.felt import Felt
-from rfms_can.master.force.guards import Guards, reached_force
+from rfms_can.master.force.guards import Guards
+from rfms_can.master.force.refusal import too_strong, trips_at_once
 from rfms_can.master.force.specification import (
     NO_FORCE,
     RIGID,
     Compliance,
-    Guard,
     Specification,
 )
 from rfms_can.master.force.wrench import in_frame
 from rfms_can.master.math_processor import MathProcessor
 from rfms_can.messages import Vector6
-from rfms_can.transform import Transform, differential_transform
+from rfms_can.transform import Transform
 
 Matrix = npt.NDArray[np.float64]
 
@@ -168,41 +166,9 @@ class ForceControl:
             return None
         frame = asked.frame(direct(self._arm, theta))
         at_T6 = np.array(jacobian(self._arm, theta))
-        J = compliance_jacobian(at_T6, frame)
-        return self._too_strong(J, specification.bias) or self._trips_at_once(
-            specification.guard, at_T6, frame, rests
-        )
-
-    def _too_strong(self, J: Matrix, bias: Vector6) -> str | None:
-        for joint, torque in enumerate((J.T @ np.array(bias)).tolist(), start=1):
-            limit = BIAS_PART * self._arm.drives[joint - 1].torque_limit
-            if abs(torque) > limit:
-                words = ", ".join(
-                    f"{name} {value:g}"
-                    for name, value in zip(DIRECTIONS, bias, strict=True)
-                    if value
-                )
-                return (
-                    f"the bias {words} takes {abs(torque):.1f} Nm of joint {joint}, which has "
-                    f"{limit:.1f} Nm for it: ask for {_at_most(limit / abs(torque)):g} of it "
-                    f"or less"
-                )
-        return None
-
-    def _trips_at_once(self, guard: Guard, J: Matrix, frame: Transform, rests: bool) -> str | None:
-        if self.felt.sensed:
-            reached = reached_force(guard, in_frame(self.felt.wrench, frame)) if rests else None
-            return reached and f"its stop condition holds already: {reached}"
-        unsure = np.abs(
-            np.array(differential_transform(frame.inverse())).T
-        ) @ self.felt.uncertainty(J)
-        for name, bound, least in zip(DIRECTIONS, guard.force, unsure.tolist(), strict=True):
-            if 0.0 < bound < least:
-                return (
-                    f"stop on force {name} {bound:g}: without a wrist sensor friction hides up to "
-                    f"{least:.3g} there; give more, or run with a sensor"
-                )
-        return None
+        limits = [drive.torque_limit for drive in self._arm.drives]
+        reason = too_strong(compliance_jacobian(at_T6, frame), specification.bias, limits)
+        return reason or trips_at_once(specification.guard, self.felt, at_T6, frame, rests)
 
     def follow(self, theta: Joints) -> tuple[float, ...] | None:
         """Joint displacements beside the commanded ``theta`` (6, rad); None if there are none.
@@ -265,11 +231,6 @@ class ForceControl:
             rows = self._math.complying.last
             if rows is not None:
                 self._extra = self._Kp * cartesian_part(J, rows.errors, dx, np.asarray(errors))
-
-
-def _at_most(part: float) -> float:
-    """A part of the whole in hundredths, none too many."""
-    return math.floor(100.0 * part) / 100.0
 
 
 def _is_elsewhere(a: Transform, b: Transform) -> bool:
