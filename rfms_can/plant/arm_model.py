@@ -93,9 +93,10 @@ class ArmModel:
         self.q, self.qd = list(q), list(qd)
         self._qpos[:], self._qvel[:] = self.q, self.qd
         self._dry.reset()
-        mujoco.mj_forward(self._model, self._data)
-        if self._near is not None:
+        if self._near is not None:  # it may be far from where it was: show what is there
+            mujoco.mj_kinematics(self._model, self._data)
             self._near.look()
+        mujoco.mj_forward(self._model, self._data)
         self._raise_warning()
 
     def see_everything(self) -> None:

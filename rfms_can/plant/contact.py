@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import mujoco
 import numpy as np
 
-from rfms_can.plant.model_builder import TIP, TOOL
+from rfms_can.plant.model_builder import TIP, TOOL, TOUCHING
 from rfms_can.transform import Vector3
 
 _NOTHING: Final = (0.0, 0.0, 0.0)
@@ -59,7 +59,7 @@ class ContactReader:
         (x, y, z), (fx, fy, fz) = (contacts.pos - self._origin).T, pushed.T
         force = pushed.sum(axis=0)
         torque = np.array([y @ fz - z @ fy, z @ fx - x @ fz, x @ fy - y @ fx])
-        depth = max(0.0, -float(contacts.dist.min()))
+        depth = max(0.0, TOUCHING - float(contacts.dist.min()))
         return Contacts(data.ncon, _along(self._axes, force), _along(self._axes, torque), depth)
 
 

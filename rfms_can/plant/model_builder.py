@@ -9,8 +9,8 @@ import numpy as np
 
 from rfms_can.arm import Arm, JointFriction
 from rfms_can.errors import PlantError
-from rfms_can.plant.scene import Contact, Kind, Scene, Shape, Tool
-from rfms_can.transform import Transform
+from rfms_can.plant.scene import ROUNDING, Contact, Kind, Scene, Shape, Tool
+from rfms_can.transform import Transform, Vector3
 
 GRAVITY: Final = 9.81  # m/s2, along -z of the base
 WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
@@ -36,8 +36,17 @@ if nothing is said, a ball pressed on with 20 N leaves the plate at 40 mm/s, and
 FRICTION_IMPEDANCE_RATIO: Final = 1e4
 """MuJoCo's impratio. A contact that sticks creeps there, by (1 - d) w / (impratio SLIDING_RATE):
 0.7 micrometres a second under each newton."""
-DEPTH_TOLERANCE: Final = 1e-9
-"""Of MuJoCo's contact depth, m. Its usual one, a micrometre, is 10 N."""
+DISTANCE_TOLERANCE: Final = 1e-9
+"""Of MuJoCo's distance of two shapes, m. Its usual one, a micrometre, is 10 N."""
+SKIN: Final = ROUNDING
+"""How far under the surface of a solid shape MuJoCo's own lies, m.
+
+Where two shapes overlap by less than its tolerance, MuJoCo 4 makes up the direction in which they
+touch: with the usual one, one in a hundred of a leaning peg's contacts with a chamfer, by up to 117
+degrees; and a peg wedged between two such faces pushes hard against nothing. Apart, distance and
+direction are exact. So they are kept apart: by a skin on each."""
+TOUCHING: Final = 2.0 * SKIN
+"""Distance at which contact begins between MuJoCo's shapes, m: that of the surfaces is then 0."""
 
 
 def compile_model(
@@ -106,7 +115,7 @@ def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Put the scene's fixtures around the arm."""
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_IMPEDANCE_RATIO
-    spec.option.ccd_tolerance = DEPTH_TOLERANCE
+    spec.option.ccd_tolerance = DISTANCE_TOLERANCE
     for shape in scene.fixtures:
         _add_shape(spec.worldbody, shape)
 
@@ -131,13 +140,13 @@ def _hold(spec: mujoco.MjSpec, body: mujoco.MjsBody, tool: Tool, scene: Scene) -
 
 
 def _add_shape(body: mujoco.MjsBody, shape: Shape) -> str:
-    """A geometry that meets nothing yet; its name."""
-    pose = shape.pose
+    """A geometry that meets nothing yet, under its skin if it is solid; its name."""
+    size, pose = _core(shape) if shape.solid else (shape.size, shape.pose)
     name = f"{body.name} {len(body.geoms)}"
     body.add_geom(
         name=name,
         type=_GEOMETRY[shape.kind],
-        size=list(shape.size),
+        size=list(size),
         pos=[pose.px, pose.py, pose.pz],
         quat=_quaternion(pose),
         contype=0,
@@ -146,12 +155,21 @@ def _add_shape(body: mujoco.MjsBody, shape: Shape) -> str:
     return name
 
 
+def _core(shape: Shape) -> tuple[Vector3, Transform]:
+    """Size and pose of what is under a shape's skin. A plane has no edges: it lies lower."""
+    if shape.kind is Kind.PLANE:
+        return shape.size, shape.pose @ Transform.translation(0.0, 0.0, -SKIN)
+    x, y, z = (max(extent - SKIN, 0.0) for extent in shape.size)
+    return (x, y, z), shape.pose
+
+
 def _let_meet(spec: mujoco.MjSpec, tool: str, fixture: str, contact: Contact) -> None:
     """A pair, because only a pair's friction has a reference of its own."""
     spec.add_pair(
         geomname1=fixture,
         geomname2=tool,
         condim=3,
+        margin=TOUCHING,
         friction=[contact.friction, contact.friction, 0.0, 0.0, 0.0],
         solimp=[IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0],
         solreffriction=[-1.0, -SLIDING_RATE],

@@ -2,9 +2,10 @@
 
 Two convex bodies touch nowhere if a plane separates them. Here planes are tried along the faces and
 between the faces of each fixture's box (a cylinder's is the one around it), all at once, against a
-cylinder in the hand. A pair so separated by more than a margin is hidden from MuJoCo until the tool
-may have moved by the margin: it sees the same contacts, in the same order, and a run is the same
-bit by bit.
+cylinder in the hand. A pair so separated by more than the distance at which contact begins and a
+margin is hidden from MuJoCo until the tool may have moved by the margin: it sees the same contacts,
+in the same order, and a run is the same bit by bit. All of this is between MuJoCo's shapes, which
+lie under their skins (``model_builder.TOUCHING``).
 """
 
 import math
@@ -17,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rfms_can.errors import PlantError
+from rfms_can.plant.model_builder import TOUCHING
 
 Floats = npt.NDArray[np.float64]
 
@@ -86,11 +88,11 @@ class Nearness:
         beyond = (self._axes @ self._middles[self._tool]).reshape(3, -1) - self._centre
         beyond = np.maximum(np.abs(beyond) - self._half, 0.0)
         squares = (beyond * beyond).sum(axis=0)
-        return max(math.sqrt(squares.min()) - self._bound, 0.0)
+        return max(math.sqrt(squares.min()) - self._bound - TOUCHING, 0.0)
 
     def show_all(self) -> None:
         """Hide nothing until the tool moves."""
-        self._margin[:] = 0.0
+        self._margin[:] = TOUCHING
         self._left = 0.0
 
     def moved(self, qd: Sequence[float], step_s: float) -> None:
@@ -110,7 +112,7 @@ class Nearness:
             self.look(self._left + step)  # MuJoCo has the tool where it was a step ago
 
     def look(self, margin: float = NARROWEST) -> None:
-        """Hide the pairs that a plane separates by more than a margin, m, show the others."""
+        """Hide the pairs whose surfaces a plane holds a margin, m, apart; show the others."""
         if not self._worthwhile:
             return
         axis, middle = self._turns[self._tool][2::3], self._middles[self._tool]
@@ -123,7 +125,7 @@ class Nearness:
         turned = _NORMALS[:, :, None] - along[:, None, :] * (self._axes @ axis).reshape(3, -1)
         reach = (np.abs(turned) * self._half).sum(axis=1)
         np.maximum(gap, (np.abs(offset) - reach) / across - self._radius, out=gap)
-        self._margin[:] = np.where(gap.max(axis=0) > margin, self._hidden, 0.0)
+        self._margin[:] = np.where(gap.max(axis=0) > TOUCHING + margin, self._hidden, TOUCHING)
 
 
 def _boxes(model: mujoco.MjModel, geoms: npt.NDArray[np.int32]) -> Floats:

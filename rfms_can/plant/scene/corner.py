@@ -21,7 +21,7 @@ from rfms_can.plant.scene.shape import CONTACT_STEP_S, Contact, Kind, Scene, Sha
 from rfms_can.plant.scene.solids import block
 from rfms_can.transform import Transform
 
-CORNER: Final = Transform.translation(0.60, 0.30, -0.25)
+CORNER: Final = Transform.translation(0.6, 0.2, 0.0)
 """Where B should be, in the base frame of the PUMA 560, at the height of the block's middle. The
 wall AB is the plane y = 0, the wall BC the plane x = 0; the block comes from -x, leaves to -y."""
 

@@ -8,7 +8,7 @@ from rfms_can.plant.scene.shape import CONTACT_STEP_S, Contact, Kind, Scene, Sha
 from rfms_can.plant.scene.solids import stylus
 from rfms_can.transform import Transform
 
-CROWN: Final = Transform.translation(0.55, 0.20, -0.25)
+CROWN: Final = Transform.translation(0.6, 0.15, 0.0)
 """Where the middle of the crown should be, in the base frame of the PUMA 560: z out of it, the
 cylinder's axis along y."""
 

@@ -2,7 +2,8 @@
 
 The hole is a ring of boxes whose inner faces touch the round hole from outside: in the middle of a
 face the radius is exact, at a corner it is larger by radius (1 / cos(pi / facets) - 1), and a peg
-is never held tighter than by the round hole.
+is never held tighter than by the round hole. The edges of a box are rounded, so it is wide and high
+enough for only those edges to be so that a hole has: at its mouth, and from chamfer to bore.
 """
 
 import math
@@ -10,11 +11,20 @@ from dataclasses import dataclass
 from typing import Final
 
 from rfms_can.plant.scene.parameters import FRICTION, Key, Values, displaced
-from rfms_can.plant.scene.shape import CONTACT_STEP_S, STEEL, Contact, Kind, Scene, Shape, Tool
+from rfms_can.plant.scene.shape import (
+    CONTACT_STEP_S,
+    ROUNDING,
+    STEEL,
+    Contact,
+    Kind,
+    Scene,
+    Shape,
+    Tool,
+)
 from rfms_can.plant.scene.solids import Part, assemble
 from rfms_can.transform import Transform
 
-HOLE: Final = Transform.translation(0.55, 0.20, -0.25)
+HOLE: Final = Transform.translation(0.6, 0.15, 0.0)
 """Where the mouth of the hole should be, in the base frame of the PUMA 560; z out of it."""
 
 KEYS: Final = (
@@ -28,6 +38,9 @@ KEYS: Final = (
 
 WALL: Final = 0.006
 """Half thickness of a wall's box, m: more than any contact sinks in."""
+BLUNT: Final = ROUNDING * (1.0 - math.tan(math.pi / 8.0))
+"""How much higher than the bore a wall's box is, m: the rounding of an edge of 135 degrees, which
+the bore has there, begins that much nearer to it than the box' own, of 90."""
 FACET_ERROR: Final = 0.1
 """Largest error of the facets, over the clearance."""
 
@@ -81,11 +94,11 @@ class PegInHole:
         turn = Transform.rotation((0.0, 0.0, 1.0), angle)
         bore = self.radius + self.clearance
         half = math.tan(math.pi / self.facets)
-        height = (self.depth - self.chamfer) / 2.0
+        height = (self.depth - self.chamfer + BLUNT) / 2.0
         wall = Shape(
             Kind.BOX,
-            (WALL, (bore + 2.0 * WALL) * half, height),
-            turn @ Transform.translation(bore + WALL, 0.0, -self.chamfer - height),
+            (WALL, (bore + 2.0 * WALL) * half + ROUNDING, height),
+            turn @ Transform.translation(bore + WALL, 0.0, BLUNT - self.chamfer - height),
         )
         # The face of the chamfer runs from (bore, -chamfer) to (bore + chamfer, 0) in (r, z); the
         # box lies behind it, along its normal (1, -1) / sqrt 2.
@@ -94,7 +107,7 @@ class PegInHole:
             bore + self.chamfer / 2.0 + lies, 0.0, -self.chamfer / 2.0 - lies
         )
         tilt = Transform.rotation((0.0, 1.0, 0.0), math.pi / 4.0)
-        width = (bore + self.chamfer + 2.0 * WALL) * half
+        width = (bore + self.chamfer + 2.0 * WALL) * half + ROUNDING
         face = Shape(Kind.BOX, (WALL, width, self.chamfer / math.sqrt(2.0)), turn @ centre @ tilt)
         return wall, face
 

@@ -12,6 +12,9 @@ from rfms_can.transform import Transform, Vector3
 
 _ORIGIN: Final = Transform.identity()
 
+ROUNDING: Final = 0.25e-3
+"""Radius of every edge of what is solid, m: a part whose edges were broken with a file (P)."""
+
 
 class Kind(Enum):
     """Shapes the plant knows, and what their ``size`` means."""
@@ -32,7 +35,7 @@ class Shape:
 
     Attributes:
         kind: of shape.
-        size: by ``kind``, m.
+        size: by ``kind``, m; edges of what is solid are rounded by ``ROUNDING`` inside of it.
         pose: of its own frame, in the frame of the scene or of the hand.
         solid: False for what is only there to be weighed and seen, and can touch nothing.
     """
