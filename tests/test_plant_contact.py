@@ -7,6 +7,8 @@ import pytest
 from pytest import approx
 from scene_bench import SceneBench
 
+from rfms_can.arm import PUMA_560
+from rfms_can.dynamics import ArmDynamics
 from rfms_can.plant.scene import STEEL
 from rfms_can.plant.scene.corner import CORNER
 from rfms_can.plant.scene.curved import CROWN
@@ -189,6 +191,51 @@ def test_a_dropped_arm_gains_no_energy_from_what_it_falls_on() -> None:
         peak = max(peak, bench.model.contacts)
     assert peak == 1
     assert max(energy[1:]) < 2e-3  # J in a millisecond; the arm carries 10 J
+
+
+def test_forces_are_means_of_the_period_that_was_stepped() -> None:
+    """A ball falls on a plate: the same steps, once at a time, and once sixteen at a time."""
+    one, sixteen = SceneBench("surface"), SceneBench("surface")
+    for bench in (one, sixteen):
+        bench.put(at(SURFACE, z=2e-4))
+    torque = [0.9 * t for t in one.holding()]
+    knocked = 0
+    for _ in range(12):
+        wrist, pushed, turned, points = np.zeros(6), np.zeros(3), np.zeros(3), []
+        for _ in range(16):
+            one.model.step(torque)
+            contact = one.model.contact_force()
+            wrist += one.model.wrist_force()
+            pushed += contact.force
+            turned += contact.torque
+            points.append(contact.points)
+        sixteen.model.step(torque, steps=16)
+        contact = sixteen.model.contact_force()
+        assert sixteen.model.q == one.model.q
+        assert sixteen.model.wrist_force() == approx(list(wrist / 16), rel=1e-9, abs=1e-9)
+        assert contact.force == approx(list(pushed / 16), rel=1e-3, abs=1e-3)
+        assert contact.torque == approx(list(turned / 16), rel=1e-3, abs=1e-3)
+        assert contact.points == max(points)
+        knocked += 0 < sum(points) < 16
+    assert knocked > 0  # periods with a blow in them
+
+
+def test_the_sensor_feels_the_tools_inertia() -> None:
+    """A joint turned alone by a torque: the peg's mass times what its middle is accelerated."""
+    bench = SceneBench("surface")
+    bench.put(at(SURFACE, z=0.1))
+    torque = bench.holding()
+    torque[0] += 20.0
+    bench.model.step(torque, steps=4)
+    moved = np.array(bench.model.qd) / 1e-3
+    dynamics = ArmDynamics(PUMA_560)
+    dynamics.update(bench.model.q)
+    acceleration = dynamics.J @ moved
+    com = np.array(bench.tool.com)
+    linear = acceleration[:3] + np.cross(acceleration[3:], com)
+    felt = np.array(bench.model.wrist_force())[:3] - bench.weight()[:3]
+    assert np.linalg.norm(felt) > 0.5
+    assert felt == approx(bench.tool.mass * linear, abs=0.01)
 
 
 def test_a_hole_off_its_place_is_where_the_keys_say() -> None:

@@ -9,10 +9,12 @@ from pathlib import Path
 import pytest
 from pytest import approx
 
+from rfms_can.bus.budget import Cycle, budget
+from rfms_can.bus.timing import BusTiming
 from rfms_can.coordinator import Arm, Transform
 from rfms_can.plant.scene.catalogue import SCENES, scene_from
 from rfms_can.plant.scene.surface import SURFACE
-from rfms_can.rig.runner import execute
+from rfms_can.rig.runner import bus_bound, execute
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
 
@@ -47,6 +49,8 @@ def test_a_plate_higher_than_a_program_thinks_is_met_and_reported(tmp_path: Path
     )
     scene = outcome.result.scene
     assert outcome.fault is None and scene is not None
+    assert outcome.result.bus_load is not None and outcome.result.bus_bound is not None
+    assert 0.8 * outcome.result.bus_bound < outcome.result.bus_load < outcome.result.bus_bound
     assert scene.touching and scene.contact_cycles > 10
     assert scene.largest_axial > 5.0
     assert scene.largest_lateral <= 0.2 * scene.largest_axial * 1.02
@@ -67,6 +71,19 @@ def test_a_plate_out_of_the_way_is_not_met(tmp_path: Path) -> None:
     assert (result.scene.contact_cycles, result.scene.largest_force) == (0, 0.0)
     assert not result.scene.touching
     assert result.scene.lowest == approx(1e-3, abs=2e-4)
+
+
+def test_the_bus_is_bounded_with_what_a_scene_and_a_sensor_put_on_it() -> None:
+    free, sensed, scene, both = (
+        bus_bound(settings(*words))
+        for words in (("free",), ("free", "good"), ("peg",), ("peg", "good"))
+    )
+    assert free < sensed < scene < both
+    assert both - scene == approx(sensed - free)
+    timing = BusTiming(1_000_000, 5_000_000)
+    full = budget(250.0, timing, cycle=Cycle.FULL)
+    second = sum(r.wire_ns for r in full.responses if r.stream.name == "SETPOINT_2")
+    assert both == approx(full.load - second * 250e-9)
 
 
 def test_without_a_scene_nothing_is_watched() -> None:

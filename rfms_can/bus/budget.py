@@ -1,8 +1,9 @@
 """The bus budget of the wire contract: what the DBC's frames cost at a control rate.
 
 A usual cycle holds the cyclic frames, with heartbeats and the gripper's command at their share; a
-full one holds the second pose and what compliance needs (COMPLY, BIAS, FORCE) as well. Event
-frames (start-up, homing, configuration, emergencies) count as blocking only.
+full one holds the second pose and what compliance needs (COMPLY, BIAS, FORCE) as well, and one in
+between those of them that are named. Event frames (start-up, homing, configuration, emergencies)
+count as blocking only.
 
 The bounds run from a frame's hand-over. A frame that answers another is handed over later than
 the cycle's start, but as long as all frames of a cycle fit into it (``cycle_ns`` below the
@@ -10,7 +11,7 @@ period), no response reaches into the next cycle, each more urgent frame interfe
 analysis without jitter holds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
@@ -91,16 +92,25 @@ def budget(
     rows: Rows = Rows.ALL,
     traffic: Traffic = Traffic.BOTH,
     cycle: Cycle = Cycle.FULL,
+    occasional: Collection[str] = (),
     database: Database | None = None,
 ) -> Budget:
     """The budget of one bus; on a classic one, payloads go in frames of 8 bytes.
+
+    ``occasional`` names frames of :data:`OCCASIONAL` that a usual cycle holds nevertheless.
 
     Raises:
         BusError: a rate that is not positive.
         DbcError: the DBC cannot be read.
     """
     streams = contract_streams(
-        rate_hz, timing, rows=rows, traffic=traffic, cycle=cycle, database=database
+        rate_hz,
+        timing,
+        rows=rows,
+        traffic=traffic,
+        cycle=cycle,
+        occasional=occasional,
+        database=database,
     )
     responses = response_times(streams, timing)
     taken = load(streams, timing)
@@ -123,6 +133,7 @@ def contract_streams(
     rows: Rows = Rows.ALL,
     traffic: Traffic = Traffic.BOTH,
     cycle: Cycle = Cycle.FULL,
+    occasional: Collection[str] = (),
     database: Database | None = None,
 ) -> list[Stream]:
     """The DBC's messages as streams; a message's ``RfmsEvery`` counts control periods.
@@ -137,7 +148,7 @@ def contract_streams(
     streams = []
     for message in (database or load_database()).messages:
         if _carries(message, traffic):
-            every = _every(message, rows, cycle)
+            every = _every(message, rows, OCCASIONAL if cycle is Cycle.FULL else occasional)
             stream = Stream(
                 message.name,
                 message.frame_id,
@@ -168,10 +179,10 @@ def split_for_classic(stream: Stream) -> list[Stream]:
     ]
 
 
-def _every(message: Message, rows: Rows, cycle: Cycle) -> int:
+def _every(message: Message, rows: Rows, occasional: Collection[str]) -> int:
     """Cycles between two frames of a message in operation; 0 for an event."""
     if message.name in OCCASIONAL:
-        return 1 if cycle is Cycle.FULL else 0
+        return 1 if message.name in occasional else 0
     if message.name.startswith(ROWS) and rows is Rows.STAGGERED:
         return JOINTS
     return int(message.dbc.attributes["RfmsEvery"].value)

@@ -16,9 +16,9 @@ import numpy as np
 
 from rfms_can.arm import JOINTS, Arm, JointFriction
 from rfms_can.errors import PlantError
-from rfms_can.plant.contact import ContactReader, Contacts
+from rfms_can.plant.contact import NO_CONTACT, ContactReader, Contacts
 from rfms_can.plant.friction import DryFriction
-from rfms_can.plant.model_builder import TIP, WRIST_FORCE, WRIST_TORQUE, compile_model
+from rfms_can.plant.model_builder import TIP, compile_model
 from rfms_can.plant.nearness import Nearness
 from rfms_can.plant.scene import FREE, Scene
 
@@ -62,14 +62,12 @@ class ArmModel:
         self._qpos, self._qvel = self._data.qpos, self._data.qvel
         self._applied = self._data.qfrc_applied
         self._warnings = self._data.warning.number
-        self._wrist = None
-        if scene.tool is not None:
-            self._wrist = (
-                self._data.sensor(WRIST_FORCE).data,
-                self._data.sensor(WRIST_TORQUE).data,
-            )
         self._tip = self._data.site("t6" if scene.tool is None else TIP)
-        self._contacts = ContactReader(self._model, self._data)
+        # What the sensors between hand and tool say, force and torque, summed over a call of step.
+        self._sensors, self._felt, self._felt_steps = self._data.sensordata, np.zeros(6), 1
+        self._contacts = None
+        if scene.tool is not None:
+            self._contacts = ContactReader(self._model, self._data)
         self._near: Nearness | None = None
         self.q = [0.0] * JOINTS
         self.qd = [0.0] * JOINTS
@@ -97,6 +95,8 @@ class ArmModel:
             mujoco.mj_kinematics(self._model, self._data)
             self._near.look()
         mujoco.mj_forward(self._model, self._data)
+        self._begin_feeling(1)
+        self._feel()
         self._raise_warning()
 
     def see_everything(self) -> None:
@@ -129,10 +129,12 @@ class ArmModel:
         qpos, qvel, applied = self._qpos, self._qvel, self._applied
         near, step_s = self._near, self._step_s
         dry.prepare(self._response(), brakes)
+        self._begin_feeling(steps)
         try:
             for _ in range(steps):
                 applied[:] = [m + p for m, p in zip(motor_torque, dry.torque, strict=True)]
                 mujoco.mj_step(model, data)
+                self._feel()
                 self.qd = qd = qvel.tolist()
                 dry.advance(qd, q)
                 qvel[:], qpos[:] = qd, q
@@ -174,23 +176,34 @@ class ArmModel:
 
     @property
     def contacts(self) -> int:
-        """Points at which the tool touches a fixture."""
+        """Points at which the tool touches a fixture, in the last step."""
         return int(self._data.ncon)
 
     def wrist_force(self) -> list[float]:
         """What the hand does to the tool, (6,): force, N, and torque about T6, Nm, along T6's axes.
 
-        Weight and inertia of the tool are in it, as in a sensor between the two. Zero without one.
+        The mean of the last call of ``step``. Weight and inertia of the tool are in it, as in a
+        sensor between the two. Zero without one.
         """
-        if self._wrist is None:
-            return [0.0] * 6
-        force, torque = self._wrist
-        values: list[float] = [*force.tolist(), *torque.tolist()]
+        values: list[float] = (self._felt / self._felt_steps).tolist()
         return values
 
     def contact_force(self) -> Contacts:
-        """What the fixtures do to the tool, as the contacts of the last step had it."""
-        return self._contacts.read()
+        """What the fixtures do to the tool, the mean of the last call of ``step``."""
+        return NO_CONTACT if self._contacts is None else self._contacts.read()
+
+    def _begin_feeling(self, steps: int) -> None:
+        """Forces are means of the ``steps`` to come."""
+        self._felt[:] = 0.0
+        self._felt_steps = steps
+        if self._contacts is not None:
+            self._contacts.begin()
+
+    def _feel(self) -> None:
+        """Add the forces of a step, which are those at its beginning."""
+        if self._contacts is not None:
+            self._felt += self._sensors
+            self._contacts.add()
 
     def _response(self) -> list[list[float]]:
         """Speed per torque over one step, W = h (M + h B)^-1, (6, 6), rad/s per Nm.

@@ -12,13 +12,13 @@ _NOTHING: Final = (0.0, 0.0, 0.0)
 
 
 class Contacts(NamedTuple):
-    """Tool against fixtures.
+    """Tool against fixtures, over a control period.
 
     Attributes:
-        points: at which they touch.
-        force: on the tool, N, along the axes of its tip.
-        torque: about its tip, Nm, along the same.
-        depth: of the deepest point, m.
+        points: at which they touched, the most of any physics step.
+        force: on the tool, mean of the period, N, along the axes of its tip.
+        torque: about its tip, mean of the period, Nm, along the same.
+        depth: of the deepest point at the period's end, m.
     """
 
     points: int
@@ -27,43 +27,60 @@ class Contacts(NamedTuple):
     depth: float
 
 
+NO_CONTACT: Final = Contacts(0, _NOTHING, _NOTHING, 0.0)
+
+
 class ContactReader:
-    """Adds up the contacts of MuJoCo's last step.
+    """Adds up the contacts of MuJoCo's steps.
 
     Args:
-        model: of arm and scene.
+        model: of arm and scene, with a tool in the hand: its sensors have MuJoCo work out what acts
+            on each body from outside.
         data: its state.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._model, self._data = model, data
-        self._tool = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, TOOL)
-        self._body_of = model.geom_bodyid
-        if self._tool >= 0:
-            site = data.site(TIP)
-            self._origin, self._axes = site.xpos, site.xmat.reshape(3, 3)
+        self._data = data
+        site, tool = data.site(TIP), model.body(TOOL).id
+        self._tip, self._axes = site.xpos, site.xmat.reshape(3, 3)
+        # Torque and force on the tool from outside, about the centre of mass of arm and tool.
+        self._pushed = data.cfrc_ext[tool]
+        self._centre = data.subtree_com[model.body_rootid[tool]]
+        self.begin()
+
+    def begin(self) -> None:
+        """A period begins."""
+        self._points = self._steps = 0
+        self._force: Vector3 = _NOTHING
+        self._torque: Vector3 = _NOTHING
+
+    def add(self) -> None:
+        """Add what MuJoCo's last step had, if anything touched: in base axes, about the tip."""
+        points = self._data.ncon
+        self._steps += 1
+        if not points:
+            return
+        self._points = max(self._points, points)
+        tx, ty, tz, fx, fy, fz = self._pushed.tolist()
+        x, y, z = (self._centre - self._tip).tolist()
+        force, torque = self._force, self._torque
+        self._force = force[0] + fx, force[1] + fy, force[2] + fz
+        self._torque = (
+            torque[0] + tx + y * fz - z * fy,
+            torque[1] + ty + z * fx - x * fz,
+            torque[2] + tz + x * fy - y * fx,
+        )
 
     def read(self) -> Contacts:
-        """Their sum."""
-        data = self._data
-        if not data.ncon:
-            return Contacts(0, _NOTHING, _NOTHING, 0.0)
-        contacts = data.contact
-        local = np.empty((data.ncon, 6))
-        for index in range(data.ncon):
-            mujoco.mj_contactForce(self._model, data, index, local[index])
-        # The force that the second body feels, along the rows of the contact's frame.
-        frames = contacts.frame.reshape(-1, 3, 3)
-        pushed = (local[:, :3, None] * frames).sum(axis=1)
-        pushed[self._body_of[contacts.geom[:, 1]] != self._tool] *= -1.0
-        (x, y, z), (fx, fy, fz) = (contacts.pos - self._origin).T, pushed.T
-        force = pushed.sum(axis=0)
-        torque = np.array([y @ fz - z @ fy, z @ fx - x @ fz, x @ fy - y @ fx])
-        depth = max(0.0, TOUCHING - float(contacts.dist.min()))
-        return Contacts(data.ncon, _along(self._axes, force), _along(self._axes, torque), depth)
+        """The period so far, along the axes of the tip as it stands now."""
+        if not self._points:
+            return NO_CONTACT
+        depth = 0.0
+        if self._data.ncon:
+            depth = max(0.0, TOUCHING - float(self._data.contact.dist.min()))
+        return Contacts(self._points, self._mean(self._force), self._mean(self._torque), depth)
 
-
-def _along(axes: np.ndarray, vector: np.ndarray) -> Vector3:
-    """Components of a vector along the columns of ``axes``."""
-    x, y, z = (vector @ axes).tolist()
-    return x, y, z
+    def _mean(self, total: Vector3) -> Vector3:
+        """Components of a sum over the steps along the axes of the tip, over their number."""
+        x, y, z = (np.array(total) @ self._axes / self._steps).tolist()
+        return x, y, z

@@ -14,7 +14,7 @@ from rfms_can.transform import Transform, Vector3
 
 GRAVITY: Final = 9.81  # m/s2, along -z of the base
 WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
-"""Sensors between hand and tool, at T6."""
+"""Sensors between hand and tool, at T6; the model has no others, and these in this order."""
 TOOL, TIP = "tool", "tip"
 """What the hand holds, and the site of its tip."""
 

@@ -144,16 +144,16 @@ class PlantPhysics:
 
     @property
     def contacts(self) -> int:
-        """Points at which the tool touches a fixture."""
+        """Points at which the tool touches a fixture now."""
         return self.model.contacts
 
     @property
     def true_force(self) -> list[float]:
-        """What the hand does to the tool at T6, (6,), N and Nm."""
+        """What the hand did to the tool at T6, mean of the last period, (6,), N and Nm."""
         return self.model.wrist_force()
 
     def contact_force(self) -> Contacts:
-        """What the fixtures do to the tool, along the axes of its tip."""
+        """What the fixtures did to the tool in the last period, along the axes of its tip."""
         return self.model.contact_force()
 
     def tip_in_place(self) -> Transform:
@@ -162,7 +162,7 @@ class PlantPhysics:
         return self._place @ pose
 
     def sample_force(self) -> list[float] | None:
-        """The wrist sensor's reading, (6,), N and Nm; None without one."""
+        """The wrist sensor's reading of the last period, (6,), N and Nm; None without one."""
         return None if self._sensor is None else self._sensor.sample(self.model.wrist_force())
 
     def coarse(self, joint: int) -> int:

@@ -1,7 +1,8 @@
 """The wrist force/torque sensor: six strain-gauge channels between hand and tool.
 
-What it reads is the truth times a scale, plus a bias and noise, within its range: whoever uses it
-has to take out the bias and the weight of the tool.
+What it reads is the truth, averaged over a control period as an integrating converter does it,
+times a scale, plus a bias and noise, within its range: whoever uses it has to take out the bias,
+and the weight and inertia of the tool.
 """
 
 import random
@@ -61,7 +62,7 @@ class WristSensor:
         self._random = random.Random(seed)
 
     def sample(self, truth: Sequence[float]) -> list[float]:
-        """The reading, (6,), N and Nm, of what the hand does to the tool at T6."""
+        """The reading, (6,), N and Nm, of what the hand did to the tool at T6, mean of a period."""
         errors, gauss = self._errors, self._random.gauss
         return [
             min(max(scale * value + bias + (gauss(0.0, noise) if noise else 0.0), -limit), limit)

@@ -36,7 +36,7 @@ class RunResult(msgspec.Struct, frozen=True):
         joints: tracking.
         frames: frames on the bus, all phases.
         bus_load: measured, part of the bus time; None where the bus tells none.
-        bus_bound: worst-case load of the same cycle, part of the bus time.
+        bus_bound: worst-case load of a cycle that such a run can have, part of the bus time.
         discarded: frames refused, by node.
         foreign: frames on the bus that are none of the contract's.
         lost: frames missed by the master, by gaps of their counters.

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from rfms_can.bus.budget import Cycle, budget
 from rfms_can.bus.timing import BusTiming
@@ -15,6 +15,9 @@ from rfms_can.rig.result import RunResult
 from rfms_can.rig.session import Program, Progress, Rig, Session
 from rfms_can.rig.settings import RunSettings, SettingsError
 from rfms_can.rig.simulated import SimulatedRig
+
+COMPLIES: Final = ["COMPLY", "BIAS"]
+"""Frames of a cycle in which the arm complies."""
 
 
 class Outcome(NamedTuple):
@@ -132,6 +135,8 @@ def affordable(settings: RunSettings) -> float:
 
 
 def bus_bound(settings: RunSettings) -> float:
-    """Worst-case load of the usual cycle on the bus the settings describe."""
+    """Worst-case load of a cycle of such a run: the usual one; with a sensor FORCE is in it, with a
+    tool in the hand COMPLY and BIAS, for then a program may let the arm comply in every cycle."""
     timing = BusTiming(settings.bit_rate, settings.data_bit_rate)
-    return budget(settings.rate, timing, cycle=Cycle.USUAL).load
+    more = ["FORCE"] * settings.master().sensor + COMPLIES * (settings.the_scene.tool is not None)
+    return budget(settings.rate, timing, cycle=Cycle.USUAL, occasional=more).load

@@ -19,7 +19,8 @@ COLUMNS: Final = (
     *("wrist_fx", "wrist_fy", "wrist_fz", "wrist_mx", "wrist_my", "wrist_mz"),
     *("q1", "q2", "q3", "q4", "q5", "q6"),
 )
-"""Of ``truth.csv``; SI and radians."""
+"""Of ``truth.csv``; SI and radians. Forces and torques are means of the control period that ends at
+the cycle's SYNC, ``points`` the most in it; what is left is so at its end."""
 
 
 class Truth(NamedTuple):
@@ -27,9 +28,9 @@ class Truth(NamedTuple):
 
     Attributes:
         cycle: its number.
-        contact: what the fixtures do to the tool, along the axes of its tip.
+        contact: what the fixtures did to the tool in the period before, along the axes of its tip.
         tip: pose of the tip, in the frame of the place (``Scene.place``).
-        wrist: what the hand does to the tool at T6, (6,), N and Nm.
+        wrist: what the hand did to the tool at T6, mean of that period, (6,), N and Nm.
         q: joint angles, rad.
     """
 
@@ -54,9 +55,10 @@ class SceneResult(msgspec.Struct, frozen=True):
 
     Attributes:
         scene: as it was asked for.
-        contact_cycles: cycles at whose end the tool touched a fixture.
+        contact_cycles: cycles in which the tool touched a fixture.
         largest_force, largest_lateral, largest_axial: whole force, part across z of the tip, part
-            along it, each the largest of any cycle.
+            along it, means of a control period, each the largest of any; a blow within one is
+            higher.
         largest_depth: how far tool and fixture sank into one another.
         lowest: lowest that the tip was along z of the place; a peg is in the hole by -lowest.
         tip: position of the tip in the place at the end.
@@ -104,11 +106,12 @@ class SceneWatch:
         physics = self._physics
         tip = physics.tip_in_place()
         self._lowest = min(self._lowest, tip.pz)
-        if physics.contacts:
-            self._meet(physics.contact_force())
+        contact = physics.contact_force()
+        if contact.points:
+            self._meet(contact)
         if self.keep:
             wrist, q = tuple(physics.true_force), tuple(physics.true_q)
-            self.rows.append(Truth(cycle, physics.contact_force(), tip, wrist, q))
+            self.rows.append(Truth(cycle, contact, tip, wrist, q))
 
     def _meet(self, contact: Contacts) -> None:
         x, y, z = contact.force
