@@ -33,9 +33,21 @@ class ArmDynamics:
         g: (6,), torque that holds the arm against gravity, +dU/dq, Nm (D_i of Eq. 4.5).
     """
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(
+        self,
+        arm: Arm,
+        parameters: Matrix | None = None,
+        armature: Sequence[float] | None = None,
+    ) -> None:
+        """Take an arm's own links, or inertial parameters in their place.
+
+        Args:
+            arm: the arm.
+            parameters: (6, 10), as :attr:`parameters` gives them; the arm's own if None.
+            armature: of the drives, kg m2 (6); the arm's own if None.
+        """
         self.arm = arm
-        self._model = _pinocchio_model(arm)
+        self._model = _pinocchio_model(arm, parameters, armature)
         self._data = self._model.createData()
         self._q = np.zeros(JOINTS)
         self.J: Matrix = np.zeros((JOINTS, JOINTS))
@@ -50,6 +62,33 @@ class ArmDynamics:
         self.J = pin.computeJointJacobian(model, data, q_, JOINTS)  # the universe is joint 0
         self.M = pin.crba(model, data, q_)
         self.g = pin.computeGeneralizedGravity(model, data, q_)
+
+    def torque(self, q: Configuration, qd: Configuration, qdd: Configuration) -> Matrix:
+        """Newton-Euler (Eq. 4.6 to 4.8 as corrected): torque of a motion, (6,), Nm.
+
+        Armature included, friction not.
+        """
+        torque: Matrix = pin.rnea(self._model, self._data, np.array(q), np.array(qd), np.array(qdd))
+        return torque
+
+    def regressor(self, q: Configuration, qd: Configuration, qdd: Configuration) -> Matrix:
+        """Y, (6, 60): the torque of a motion is Y times the ten parameters of each link.
+
+        Armature is not in it: it adds ``qdd_i`` to the torque of joint i.
+        """
+        regressor: Matrix = pin.computeJointTorqueRegressor(
+            self._model, self._data, np.array(q), np.array(qd), np.array(qdd)
+        )
+        return regressor
+
+    @property
+    def parameters(self) -> Matrix:
+        """Inertial parameters of the links, (6, 10): m, m c (3), I xx xy yy xz yz zz.
+
+        In the frame of each link's joint, about its origin; kg, kg m, kg m2.
+        """
+        inertias = [self._model.inertias[i] for i in range(1, JOINTS + 1)]
+        return np.array([inertia.toDynamicParameters() for inertia in inertias])
 
     def jacobian(self, q: Configuration) -> Matrix:
         """Jacobian in the T6 frame, (6, 6); see :attr:`J`."""
@@ -67,7 +106,9 @@ class ArmDynamics:
         return self.g
 
 
-def _pinocchio_model(arm: Arm) -> pin.Model:
+def _pinocchio_model(
+    arm: Arm, parameters: Matrix | None = None, armature: Sequence[float] | None = None
+) -> pin.Model:
     """The arm's kinematic tree: joint i turns about z of frame i - 1, base on the joint-2 axis."""
     model = pin.Model()
     model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])
@@ -76,13 +117,25 @@ def _pinocchio_model(arm: Arm) -> pin.Model:
         parent = model.addJoint(parent, pin.JointModelRZ(), placement, f"joint{index + 1}")
         # A_i = Rz(q) times this fixed part: from the joint's frame to the link's own frame.
         placement = pin.SE3(_rotation_x(alpha), np.array([a, 0.0, d]))
-        model.appendBodyToJoint(parent, placement.act(_inertia(link)), pin.SE3.Identity())
-    model.armature = np.array([drive.armature for drive in arm.drives])
+        inertia = placement.act(_inertia(link))
+        if parameters is not None:
+            inertia = _body(parameters[index])
+        model.appendBodyToJoint(parent, inertia, pin.SE3.Identity())
+    own = [drive.armature for drive in arm.drives]
+    model.armature = np.array(own if armature is None else armature)
     return model
 
 
 def _inertia(link: Link) -> pin.Inertia:
     return pin.Inertia(link.mass, np.array(link.com), np.diag(link.inertia))
+
+
+def _body(parameters: Matrix) -> pin.Inertia:
+    """A link from its ten parameters; without mass it has no centre of it, but may turn hard."""
+    if parameters[0] != 0.0:
+        return pin.Inertia.FromDynamicParameters(parameters)
+    xx, xy, yy, xz, yz, zz = parameters[4:]
+    return pin.Inertia(0.0, np.zeros(3), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
 
 
 def _rotation_x(angle: float) -> Matrix:

@@ -28,6 +28,7 @@ AT_REST = Status(
     complying="",
     complied=NOTHING,
     force=NOTHING,
+    force_loop="none",
     guard=None,
     lease=None,
     refused=0,

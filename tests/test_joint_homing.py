@@ -227,3 +227,26 @@ def test_reference_of_another_cycle_is_ignored(wire: Wire) -> None:
     bench.cycle += 1
     assert bench.node.ignored["stale REFERENCE"] == 1
     assert bench.state is NodeState.HOMING
+
+
+@settings(max_examples=60, deadline=None)
+@given(arms, joints, st.floats(0.1, 0.9))
+def test_an_encoder_that_counts_backwards_ends_homing_before_the_joint_has_gone_far(
+    name: str, joint: int, part: float
+) -> None:
+    """The servo drives away from its goal; the coarse position tells."""
+    arm, p = ARMS[name], PARAMETERS[name][joint]
+    power_up = angle_at(arm, joint, part)
+    bench = Bench(arm, joint, power_up)
+    homing = Homing(p, EncoderReference(p), Servo(p, joint))
+    towards = math.copysign(1.0, angle_at(arm, joint, 0.5) - power_up)
+    q = power_up
+    for _ in range(400):
+        measure, reference = bench.frames(q)
+        backwards = measure._replace(counts=-measure.counts)
+        homing.step(backwards, reference._replace(index_counts=-reference.index_counts), 0.0, 0.0)
+        if homing.found is False:
+            break
+        q += towards * 0.002
+    assert homing.found is False
+    assert abs(q - power_up) < 0.3 * arm.drives[joint - 1].index_interval

@@ -21,6 +21,8 @@ from rfms_can.messages import (
     StopRequest,
     TransformMessage,
 )
+from rfms_can.models import make_dynamics
+from rfms_can.models.dynamics_model import FULL
 from rfms_can.transform import Transform
 from rfms_can.wire import JOINTS, Wire
 from rfms_can.wire.records import Measure, Rows
@@ -101,7 +103,7 @@ def test_weighted_rows_are_the_inertia_times_the_compliance() -> None:
         (ControlLaw.WEIGHTED, dynamics.M, dynamics.M @ C, Law.WEIGHTED),
         (ControlLaw.HYBRID, C, dynamics.M, Law.PID),
     ):
-        math_processor = MathProcessor(PUMA_260, law)
+        math_processor = MathProcessor(PUMA_260, make_dynamics(PUMA_260, FULL), law)
         math_processor.compliance = Compliance().changed(selection, frame)
         number, rows = math_processor.rows(q)
         for i, row in enumerate(rows):

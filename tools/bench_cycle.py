@@ -34,9 +34,9 @@ from rfms_can.wire import Wire
 STEPS = 4  # physics steps of a 4 ms period
 
 
-def loop(cycles: int) -> Session:
+def loop(cycles: int, settings: RunSettings) -> Session:
     """A session that is enabled and has run a little."""
-    session = Session(SimulatedRig(RunSettings()))
+    session = Session(SimulatedRig(settings))
     session.bring_up()
     run(session, min(100, cycles))
     return session
@@ -67,9 +67,9 @@ def keep_moving(session: Session) -> None:
         arm.move(places[(number + 1) % 2], modes[number // 2 % 2])
 
 
-def breakdown(cycles: int) -> dict[str, float]:
+def breakdown(cycles: int, settings: RunSettings) -> dict[str, float]:
     """Microseconds a cycle in each node; the rest is the bus and the event loop."""
-    session = loop(cycles)
+    session = loop(cycles, settings)
     keep_moving(session)
     spent: dict[str, float] = {}
 
@@ -168,11 +168,11 @@ def inverse(repeats: int) -> float:
     return (time.perf_counter() - began) / repeats * 1e6
 
 
-def measure(cycles: int, runs: int) -> dict[str, Any]:
+def measure(cycles: int, runs: int, settings: RunSettings) -> dict[str, Any]:
     """All figures; the loop and what it is compared with are run in turn."""
     wire = Wire()
     frames = one_cycle(wire)
-    session = loop(cycles)
+    session = loop(cycles, settings)
     keep_moving(session)
     gc.collect()
     gc.freeze()
@@ -187,7 +187,10 @@ def measure(cycles: int, runs: int) -> dict[str, Any]:
         "times_real_time": 1e6 / whole / 250.0,
         "cycle_us": whole,
         "cycle_us_runs": loops,
-        "breakdown_us": {**breakdown(cycles), "codec (in the others)": codec(frames, wire, 200)},
+        "breakdown_us": {
+            **breakdown(cycles, settings),
+            "codec (in the others)": codec(frames, wire, 200),
+        },
         "frames_a_cycle": len(frames),
         "bare_mujoco_us": median(physics),
         "python_can_virtual_us": median(cans),
@@ -226,8 +229,14 @@ def main() -> None:
     parser.add_argument("--cycles", type=int, default=1000, help="cycles in a run")
     parser.add_argument("--runs", type=int, default=5, help="runs; medians are printed")
     parser.add_argument("--json", action="store_true", help="one JSON object")
+    parser.add_argument("--arm", default="puma260", help="puma260 | puma560")
+    parser.add_argument("--dynamics", default="full", help="full | simplified | none")
+    parser.add_argument("--calibration", default="", help="what rfms identify has written")
     options = parser.parse_args()
-    figures = measure(options.cycles, options.runs)
+    settings = RunSettings(
+        arm=options.arm, dynamics=options.dynamics, calibration=options.calibration
+    )
+    figures = measure(options.cycles, options.runs, settings)
     if options.json:
         print(json.dumps(figures))
     else:

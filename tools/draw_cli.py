@@ -21,6 +21,8 @@ def value(hint: Any) -> str:
     """What a flag takes; empty for a switch."""
     kinds = [kind for kind in get_args(hint) or (hint,) if kind is not NoneType]
     kind = kinds[0]
+    if get_origin(kind) is list:  # repeatable
+        return value(get_args(kind)[0])
     if kind is bool:
         return ""
     if isinstance(kind, type) and issubclass(kind, Enum):

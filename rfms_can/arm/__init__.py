@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
+from rfms_can.arm.load import Load, known_load, load_alone
 from rfms_can.arm.mechanism import (
     JOINTS,
     Arm,
@@ -32,8 +33,11 @@ __all__ = [
     "Gripper",
     "JointFriction",
     "Link",
+    "Load",
     "arm_by_name",
     "friction_set",
+    "known_load",
+    "load_alone",
 ]
 
 ARMS: Final[Mapping[str, Arm]] = MappingProxyType({arm.name: arm for arm in (PUMA_260, PUMA_560)})

@@ -118,18 +118,18 @@ class JointFriction:
     A turning joint feels ``-(coulomb_positive + viscous qd)`` for qd > 0 and
     ``+coulomb_negative - viscous qd`` for qd < 0; a resting joint stays at rest while the load is
     between ``-coulomb_negative`` and ``coulomb_positive``. Coulomb in Nm, viscous in Nms/rad; all
-    are magnitudes, never negative.
+    are magnitudes, never negative. Both Coulomb torques grow by ``load`` times the motor's torque.
     """
 
     coulomb_positive: float
     coulomb_negative: float
     viscous: float
+    load: float = 0.0
 
     def scaled(self, factor: float) -> "JointFriction":
         """The same friction, all torques times ``factor``."""
-        return JointFriction(
-            self.coulomb_positive * factor, self.coulomb_negative * factor, self.viscous * factor
-        )
+        positive, negative = self.coulomb_positive * factor, self.coulomb_negative * factor
+        return JointFriction(positive, negative, self.viscous * factor, self.load)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

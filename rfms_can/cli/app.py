@@ -8,10 +8,12 @@ from rich.console import Console
 
 from rfms_can import __version__
 from rfms_can.cli.budget import budget
+from rfms_can.cli.campaign import campaign
 from rfms_can.cli.coordinate import coordinate
 from rfms_can.cli.demo import demo
 from rfms_can.cli.doctor import doctor
 from rfms_can.cli.hub import hub
+from rfms_can.cli.identify import identify
 from rfms_can.cli.kin import kin
 from rfms_can.cli.nodes import gripper, joint, master, plant
 from rfms_can.cli.plot import plot
@@ -47,6 +49,8 @@ for _verb in (
     kin,
     budget,
     stability,
+    campaign,
+    identify,
     plot,
     doctor,
 ):

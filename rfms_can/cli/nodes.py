@@ -37,7 +37,7 @@ def gripper(*, settings: RunSettings) -> None:
     serve(make_gripper(settings, Wire()), settings)
 
 
-@takes_settings("arm", *OF_A_NODE, "friction", "scene", "sensor", defaults=DEFAULT_BUS)
+@takes_settings("arm", *OF_A_NODE, "friction", "plant", "scene", "sensor", defaults=DEFAULT_BUS)
 def plant(*, settings: RunSettings) -> None:
     """Run the plant until Ctrl-C."""
     from rfms_can.rig.nodes import make_plant
@@ -45,7 +45,9 @@ def plant(*, settings: RunSettings) -> None:
     serve(make_plant(settings, Wire()), settings)
 
 
-@takes_settings("arm", *OF_A_NODE, "servo_friction", "patience", defaults=DEFAULT_BUS)
+@takes_settings(
+    "arm", *OF_A_NODE, "servo_friction", "dynamics", "calibration", "patience", defaults=DEFAULT_BUS
+)
 def master(
     program: Annotated[
         Path | None, typer.Argument(help="program to run; without one the master waits, braked")

@@ -28,8 +28,18 @@ RateOption = Annotated[float | None, typer.Option("--rate", help="control rate, 
 FrictionOption = Annotated[
     str | None, typer.Option("--friction", help="friction of the plant: corke | thesis | none")
 ]
+PlantOption = Annotated[
+    str | None,
+    typer.Option("--plant", help="nominal | table41 | perturbed:SEED | rewired:SEED, or one +load"),
+]
 ServoFrictionOption = Annotated[
     str | None, typer.Option("--servo-friction", help="friction the servos compensate")
+]
+DynamicsOption = Annotated[
+    str | None, typer.Option("--dynamics", help="compensated with: full | simplified | none")
+]
+CalibrationOption = Annotated[
+    str | None, typer.Option("--calibration", help="what rfms identify has written")
 ]
 BlendOption = Annotated[
     str | None, typer.Option("--blend", help="transitions: continuous | thesis")
@@ -84,7 +94,10 @@ SETTINGS: Final[dict[str, Any]] = {
     "clock": ClockOption,
     "rate": RateOption,
     "friction": FrictionOption,
+    "plant": PlantOption,
     "servo_friction": ServoFrictionOption,
+    "dynamics": DynamicsOption,
+    "calibration": CalibrationOption,
     "blend": BlendOption,
     "barrier": BarrierOption,
     "patience": PatienceOption,

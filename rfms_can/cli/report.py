@@ -3,7 +3,7 @@
 import math
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 
 from rich.console import Console
@@ -79,12 +79,17 @@ def print_result(title: str, result: RunResult) -> None:
             "-" if joint.settled_max_counts is None else f"{joint.settled_max_counts:.2f}",
         )
     console.print(table)
-    run = Table(show_header=False, box=None, padding=(0, 1))
-    for name, value in _run_rows(result):
-        run.add_row(name, value)
-    console.print(run)
+    print_rows(_run_rows(result))
     if result.fault is not None:
         console.print(f"[red bold]halted by a latched fault:[/] {result.fault}")
+
+
+def print_rows(rows: Iterable[tuple[str, str]]) -> None:
+    """Names and what there is to say of them."""
+    run = Table(show_header=False, box=None, padding=(0, 1))
+    for name, value in rows:
+        run.add_row(name, value)
+    console.print(run)
 
 
 def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:

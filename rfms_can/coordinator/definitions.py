@@ -55,8 +55,7 @@ class ModeSettings(TypedDict, total=False):
         interpolation: ``"joint"``, the default, or ``"cartesian"``: straight in space.
         transition: ``"joint"``, the default, or ``"cartesian"``: between straight lines keep to
             the path in space.
-        lengthen: whether a segment that breaks a speed or acceleration limit is lengthened; it is
-            refused otherwise, the default.
+        lengthen: whether a segment that breaks a limit is lengthened, or refused, the default.
         acceleration, angular_acceleration: what correcting a reference transform may add to the
             tool's motion, m/s2 and rad/s2; 1 and 5 if not given.
         config: e.g. ``"left up noflip"``, instead of the position's.
@@ -67,8 +66,9 @@ class ModeSettings(TypedDict, total=False):
             of the compliance frame reaches this, N or N m, in either sense.
         stop_on_distance: e.g. ``{"dz": 0.04}``: where the compliance frame has gone so far since
             the move took over, m or rad.
-        mass, mass_centre: what the hand holds from this move on, kg, and its centre of mass in T6,
-            m; what it held before if not given.
+        mass: of what the hand holds from this move on, kg, compensated for; 0 for nothing, what it
+            held before if not given.
+        mass_centre: its centre of mass in T6, m; the origin of the tool's frame if not given.
     """
 
     acceleration_time: Required[float]

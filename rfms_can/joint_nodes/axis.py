@@ -189,13 +189,12 @@ class Axis(FieldNode):
         if not homes or measure is None or self._is_stale(reference.cycle, "REFERENCE"):
             return
         torque = self._homing.step(measure, reference, self.speed, self.rows.gravity)
-        if self.state is NodeState.HOMING and self._homing.found is not None:
-            if self._homing.found:
-                self._change(Event.HOMED)
-                self.theta = self._encoder.angle(measure.counts)
-            else:
-                self._react(Reaction.OFF, FaultCode.HOMING_FAILED, self._encoder.residual)
-                return
+        if self._homing.found is False:
+            self._react(Reaction.OFF, FaultCode.HOMING_FAILED, self._encoder.residual)
+            return
+        if self._homing.found and self.state is NodeState.HOMING:
+            self._change(Event.HOMED)
+            self.theta = self._encoder.angle(measure.counts)
         self._drive(torque)
 
     def _stop(self) -> None:

@@ -15,9 +15,10 @@ from rfms_can.wire.vocabulary import Parameter
 
 REVERSAL_S: Final = 0.25
 """Time, s, in which the friction of a resting rigid joint turns to where its error is."""
-COMPLYING_PART: Final = 0.95
-"""Part of the friction that is compensated while the joint complies: all of it, and a little more
-than there is, would drive it on by itself."""
+COMPLYING_PART: Final = 0.98
+"""Part of the friction that is compensated while the joint complies: more than there is would drive
+it on by itself. What is left holds a joint back that a commanded motion shall take along: the
+damping of the compliant directions, which does that, must be stronger."""
 PASSAGE_PART: Final = 0.01
 """Part of the torque limit by which torque may step, a cycle, where what complies changes."""
 MOVING_CODES: Final = 1.5
@@ -100,9 +101,8 @@ class FrictionCompensation:
             cycle: number of the control cycle; the dither's clock.
         """
         moving = self._moving
-        speed = desired + push
-        if not -moving < measured < moving:
-            speed = measured
+        rests = -moving < measured < moving
+        speed = desired + push if rests else measured
         self._passing |= not self._complies
         self._complies = True
         self.resting = False  # no integral to be kept back
@@ -110,10 +110,10 @@ class FrictionCompensation:
         size = self._positive if part > 0.0 else self._negative
         self._go_to(COMPLYING_PART * size * part)
         torque = self._coulomb + self._viscous * speed
-        if self._dither and not self._passing:
+        if self._dither and rests and not self._passing:
             up = cycle % self._wave < self._half_wave
-            left = self._dither * (1.0 - abs(part))
-            torque += left * (self._positive if up else -self._negative)
+            wave = self._positive if up else -self._negative
+            torque += self._dither * (wave - self._coulomb)
         return torque
 
     def _go_to(self, coulomb: float) -> None:

@@ -18,6 +18,9 @@ DAC_MIN: Final = -2048
 DAC_MAX: Final = 2047
 OTHERS_BAND: Final = 3.0
 """Dead band of the other joints' integrals over that of the own: their encoders may be coarser."""
+COMPLYING_INTEGRAL: Final = 0.3
+"""Part of its limit the integral may use while the arm complies: what is blocked is to wait, and
+not to jump when it comes free."""
 _NOTHING: Final = (0.0,) * 6
 
 
@@ -31,7 +34,9 @@ class Servo:
     Attributes:
         friction: friction compensation.
         integral: integral part of the torque, Nm.
-        push: speed, rad/s, at which the last torque of errors and rates would let the joint move.
+        push: speed, rad/s, at which the servo would take the joint to where its error is. While the
+            arm complies COMPLY takes up what is ignored of an error, so the own one is the real
+            one; its torque is not, which accelerates the other joints as well.
         saturated: whether the last torque was clamped to the limit.
     """
 
@@ -45,8 +50,8 @@ class Servo:
         "_ki_period",
         "_kp",
         "_last",
+        "_natural",
         "_passage",
-        "_per_kp",
         "_specification",
         "_stiffness",
         "_sums",
@@ -72,7 +77,7 @@ class Servo:
         self._stiffness = natural * natural
         self._damping = 2.0 * p[Parameter.DAMPING_RATIO] * natural
         self._inertia = self._kp / self._stiffness if natural else 0.0
-        self._per_kp = natural / self._kp if self._kp else 0.0
+        self._natural = natural
         self._weighted_integral = self._stiffness / self._kp if self._kp else 0.0
         self._torque_per_code = p[Parameter.TORQUE_PER_CODE]
         self._torque_per_force_code = p[Parameter.TORQUE_PER_FORCE_CODE]
@@ -132,7 +137,7 @@ class Servo:
                 total += rows.damping * (all_of_it - rate)
             else:
                 total += rows.damping * self._inertia * (own - rate)
-        self.push = pull * self._per_kp
+        self.push = self._natural * errors[self._index]
         total += pull
         if rows.selection:
             total += self._integrate(errors, law, total + overcome, weighted)
@@ -171,7 +176,7 @@ class Servo:
         integral = r1 * s1 + r2 * s2 + r3 * s3 + r4 * s4 + r5 * s5 + r6 * s6
         if weighted:
             integral *= self._weighted_integral
-        bound = self._integral_limit
+        bound = COMPLYING_INTEGRAL * self._integral_limit
         self.integral = bound if integral > bound else -bound if integral < -bound else integral
         return self.integral
 

@@ -13,7 +13,8 @@ from rfms_can.master.math_processor import MathProcessor
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import MasterSettings
 from rfms_can.master.start_up.bring_up import BringUp
-from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.master.start_up.node_parameters import parameters_for
+from rfms_can.models import make_dynamics
 from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT, Wire
 from rfms_can.wire.records import (
     ConfigAck,
@@ -48,8 +49,7 @@ class Listener(Endpoint):
 
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
         super().__init__(MASTER, wire, boot_id)
-        period_s = settings.period_ns * 1e-9
-        parameters = all_parameters(arm, settings.friction, period_s, settings.dither)
+        parameters = parameters_for(arm, settings)
         self.arm = arm
         self.settings = settings
         self.phase = Phase.ROLL_CALL
@@ -64,7 +64,8 @@ class Listener(Endpoint):
             for p in (parameters[joint] for joint in JOINTS)
         ]
         natural = parameters[1][Parameter.NATURAL_FREQUENCY]
-        math = MathProcessor(arm, settings.law, self.gains, natural)
+        model = make_dynamics(arm, settings.dynamics, settings.calibration)
+        math = MathProcessor(arm, model, settings.law, self.gains, natural)
         self.broadcast = Broadcast(math, self._sends, wire.dbc_hash)
         self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
         self._senders.extend(self.bring_up.senders)

@@ -1,28 +1,25 @@
-"""The math processor: row sets of each cycle, from the Pinocchio model of the same arm (VI.4.5)."""
+"""The math processor: row sets of each cycle, from a model of the arm (VI.4.5)."""
 
 from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
 from rfms_can.arm import Arm
 from rfms_can.compliance import ControlLaw, LawRows, regular_pose
-from rfms_can.dynamics import ArmDynamics
-from rfms_can.kinematics import direct
+from rfms_can.kinematics import jacobian
 from rfms_can.master.force.law_rows import ComplyingRows
-from rfms_can.master.force.specification import Compliance, Load
-from rfms_can.master.force.wrench import load_rows
+from rfms_can.master.force.specification import Compliance
+from rfms_can.models import LoadedDynamics
 from rfms_can.wire import JOINTS, LAST_SET, NO_SET
 from rfms_can.wire.vocabulary import Law
 
-Matrix = npt.NDArray[np.float64]
 RowValues = tuple[float, ...]
 """Values of one ROWS frame, in the order of the wire's record."""
 
-COMPLIANT_DAMPING: Final = 8.0
-"""mu, 1/s: damping of the compliant directions. A push of 30 N sends a tip of 5 kg off at 0.75 m/s
-at most; what moves by itself stops within a quarter of a second."""
+COMPLIANT_DAMPING: Final = 12.0
+"""mu, 1/s: damping of the compliant directions against the commanded motion. What moves by itself
+stops within a quarter of a second; a push of 30 N sends a tip of 5 kg off at 0.5 m/s at most."""
 _IDENTITY: Final = [[float(i == j) for j in JOINTS] for i in JOINTS]
 
 
@@ -31,32 +28,33 @@ class MathProcessor:
 
     Args:
         arm: the arm.
+        dynamics: its model, and the load in its hand.
         law: how it complies.
         Kp: gains of the six nodes, N m/rad.
         natural: their natural frequency, rad/s.
 
     Attributes:
-        J: (6, 6), Jacobian in the T6 frame of the last rows.
+        dynamics: the model.
         compliance: what the next rows are for.
-        load: what the hand holds.
         complying: the law's rows while something complies.
     """
 
     def __init__(
-        self, arm: Arm, law: ControlLaw, Kp: Sequence[float] = (1.0,) * 6, natural: float = 1.0
+        self,
+        arm: Arm,
+        dynamics: LoadedDynamics,
+        law: ControlLaw,
+        Kp: Sequence[float] = (1.0,) * 6,
+        natural: float = 1.0,
     ) -> None:
         self._arm = arm
         self._law = law
-        self._dynamics = ArmDynamics(arm)
+        self.dynamics = dynamics
         self._set = NO_SET
         self._made: dict[int, Compliance] = {NO_SET: Compliance()}
         self._wire = Law.WEIGHTED if law is ControlLaw.WEIGHTED else Law.PID
         self._damps = law not in (ControlLaw.POSITION, ControlLaw.STIFFNESS)
-        self.J: Matrix = self._dynamics.J
-        self.M: Matrix = self._dynamics.M
-        self.gravity: Matrix = self._dynamics.g
         self.compliance = Compliance()
-        self.load = Load()
         self.complying = ComplyingRows(arm, law, Kp, natural)
 
     def made(self, number: int) -> Compliance:
@@ -65,11 +63,11 @@ class MathProcessor:
 
     def rows(self, q: Sequence[float]) -> tuple[int, list[RowValues]]:
         """The next set at joint angles ``q`` (6, rad): its number and the values of its frames."""
-        self._update(q)
+        self.dynamics.update(q)
         compliance, weighted = self.compliance, self._wire is Law.WEIGHTED
         number = self._set = self._set % LAST_SET + 1
         self._made[number] = compliance
-        inertia = self.M.tolist()
+        inertia = self.dynamics.M.tolist()
         damping, bits = 0.0, 0
         if compliance.selection.size and self._law is not ControlLaw.POSITION:
             rows = self._complying(q)
@@ -78,20 +76,11 @@ class MathProcessor:
         else:
             law = inertia if weighted else _IDENTITY
         first, second = (inertia, law) if weighted else (law, inertia)
-        gravity = self.gravity.tolist()
+        gravity = self.dynamics.g.tolist()
         tail = (number, self._wire, damping, bits, compliance.number)
         return number, [(*first[i], *second[i], gravity[i], *tail) for i in range(len(JOINTS))]
 
-    def _update(self, q: Sequence[float]) -> None:
-        dynamics = self._dynamics
-        dynamics.update(q)
-        self.J, self.M, self.gravity = dynamics.J, dynamics.M, dynamics.g
-        if self.load.mass:
-            inertia, weight = load_rows(self.load, self.J, direct(self._arm, q))
-            self.M, self.gravity = self.M + inertia, self.gravity + weight
-
     def _complying(self, q: Sequence[float]) -> LawRows:
-        regular, J = regular_pose(self._arm, q), self.J
-        if regular != tuple(q):
-            J = self._dynamics.jacobian(regular)
-        return self.complying.rows(self.compliance, J, self.M)
+        regular, dynamics = regular_pose(self._arm, q), self.dynamics
+        J = dynamics.J if regular == tuple(q) else np.array(jacobian(self._arm, regular))
+        return self.complying.rows(self.compliance, J, dynamics.M)

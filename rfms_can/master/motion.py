@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
-from rfms_can.arm import Arm
+from rfms_can.arm import Arm, Load
 from rfms_can.compliance.selection import Selection, parse_bias
 from rfms_can.errors import KinematicsError, MoveError, ProgramError
 from rfms_can.kinematics import (
@@ -184,7 +184,7 @@ class Motion:
         position = self.world.position(request.position)
         mode = self.world.mode(request.mode)
         sequence, generator = self._sequence + 1, self.generator
-        accepted = Accepted(position, mode, self._specification(mode))
+        accepted = Accepted(position, mode, self._specification(position, mode))
         self._admit(sequence, accepted)
         try:
             before, tick = generator.last_accepted, generator.tick_count
@@ -200,10 +200,14 @@ class Motion:
             self._guarded = sequence
         return Answer(sequence, plan.segment_time, plan.via_deviation, plan.via_rotation)
 
-    def _specification(self, mode: MotionMode) -> Specification:
+    def _specification(self, position: Position, mode: MotionMode) -> Specification:
         """What a move with a mode asks of force control: the mode's own, or the program's."""
         selection, bias = mode.comply or (self._complies, self._bias)
-        return Specification(selection, bias, mode.guard, mode.load)
+        load = None
+        if mode.mass is not None:
+            tool = position.tool(Moment(self.generator.tick_count))
+            load = Load(mode.mass, mode.mass_centre or (tool.px, tool.py, tool.pz))
+        return Specification(selection, bias, mode.guard, load)
 
     def _admit(self, sequence: int, move: "Accepted") -> None:
         """Refuse what cannot be: a move behind a guarded one, a force the arm has not."""

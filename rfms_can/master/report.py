@@ -69,6 +69,7 @@ def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0
         complying=supervisor.broadcast.in_force.selection.word,
         complied=force.complied,
         force=force.force,
+        force_loop=settings.force_loop,
         guard=force.guards.tripped,
         lease=lease,
         refused=refused,

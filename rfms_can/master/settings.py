@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
+from rfms_can.arm.calibration import Calibration
 from rfms_can.compliance import ControlLaw
+from rfms_can.models.dynamics_model import FULL
 from rfms_can.wire.vocabulary import Blend
 
 
@@ -26,6 +28,8 @@ class MasterSettings:
         rate_hz: control cycles per second.
         clock: who says when a cycle begins.
         friction: friction set the servos compensate.
+        dynamics: model the rows are made of; with ``none`` friction is not compensated either.
+        calibration: what an experiment found, instead of the arm's published numbers.
         blend: matching polynomial of transitions.
         barrier_s: longest lockstep cycle, s.
         patience_s: how long nodes may take to appear and to answer a configuration, s.
@@ -39,6 +43,8 @@ class MasterSettings:
     rate_hz: float = 250.0
     clock: Clock = Clock.VIRTUAL
     friction: str = "corke"
+    dynamics: str = FULL
+    calibration: Calibration | None = None
     blend: Blend = Blend.CONTINUOUS
     barrier_s: float = 2.0
     patience_s: float = 30.0
@@ -47,6 +53,11 @@ class MasterSettings:
     sensor: bool = False
     closed: bool = False
     dither: float = 0.0
+
+    @property
+    def force_loop(self) -> str:
+        """``none`` without a wrist sensor, ``open`` or ``closed`` over it."""
+        return "closed" if self.closed else "open" if self.sensor else "none"
 
     @property
     def period_ns(self) -> int:

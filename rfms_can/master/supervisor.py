@@ -125,9 +125,9 @@ class Supervisor(ControlCycle):
     def _control_force(self) -> None:
         """What the cycle has brought for compliance, bias force and guarded moves."""
         motion, force, q = self.motion, self.force_control, self.arm_state.q
-        math, felt = self.broadcast.math, force.felt
+        dynamics, felt = self.broadcast.math.dynamics, force.felt
         if self.force is not None:
-            felt.read(self.force, math.load, direct(self.arm, q))
+            felt.read(self.force, dynamics.load, direct(self.arm, q))
             self.force = None
         elif motion.guarded:
             commanded = motion.commanded
@@ -135,9 +135,9 @@ class Supervisor(ControlCycle):
                 self.torques,
                 commanded.rate,
                 commanded.acceleration,
-                math.J,
-                math.M,
-                math.gravity,
+                dynamics.J,
+                dynamics.M,
+                dynamics.g,
             )
         if force.close(motion.asked, q, self.errors, self.broadcast.in_force):
             motion.end_guarded()

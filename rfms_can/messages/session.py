@@ -187,6 +187,7 @@ class Status(msgspec.Struct, frozen=True):
         complying: directions the arm complies in.
         complied: how far the compliance frame has been let go, m and rad along its axes.
         force: what the hand does to the world, N and N m, in the compliance frame.
+        force_loop: ``none`` without a wrist sensor, ``open`` or ``closed`` over it.
         guard: why the last guarded move was stopped, or None.
         lease: who holds it, or None.
         refused: requests refused so far.
@@ -213,6 +214,7 @@ class Status(msgspec.Struct, frozen=True):
     complying: str
     complied: Vector6
     force: Vector6
+    force_loop: str
     guard: str | None
     lease: str | None
     refused: int

@@ -94,8 +94,8 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
             the move is stopped.
         stop_on_distance: directions (``dx`` ``dy`` ``dz`` ``rx`` ``ry`` ``rz``) of the compliance
             frame and the way, m or rad, at which the move is stopped.
-        mass: what the hand holds from this move on, kg; None: what it held before.
-        mass_centre: its centre of mass in T6, m.
+        mass: of what the hand holds from this move on, kg; None: what it held before.
+        mass_centre: its centre of mass in T6, m; None: the origin of the tool's frame.
     """
 
     name: Name
@@ -114,4 +114,4 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
     stop_on_force: Directions | None = None
     stop_on_distance: Directions | None = None
     mass: Mass | None = None
-    mass_centre: Vector3 = (0.0, 0.0, 0.0)
+    mass_centre: Vector3 | None = None

@@ -128,7 +128,7 @@ class ArmModel:
         model, data, dry, q = self._model, self._data, self._dry, self.q
         qpos, qvel, applied = self._qpos, self._qvel, self._applied
         near, step_s = self._near, self._step_s
-        dry.prepare(self._response(), brakes)
+        dry.prepare(self._response(), brakes, motor_torque)
         self._begin_feeling(steps)
         try:
             for _ in range(steps):

@@ -68,13 +68,23 @@ class DryFriction:
         self.torque = [0.0] * JOINTS
         self._on_stop = False
 
-    def prepare(self, response: list[list[float]], brakes: Sequence[bool]) -> None:
-        """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on."""
+    def prepare(
+        self,
+        response: list[list[float]],
+        brakes: Sequence[bool],
+        motor_torque: Sequence[float] = (0.0,) * JOINTS,
+    ) -> None:
+        """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on.
+
+        ``motor_torque`` (6, Nm) is what friction grows with where it depends on the load.
+        """
         self._joints.clear()
         self._holding.clear()
         for i, joint in enumerate(self._friction):
             brake = self._brake_torque[i] if brakes[i] else 0.0
-            low, high = -joint.coulomb_positive - brake, joint.coulomb_negative + brake
+            grown = joint.load * motor_torque[i]
+            low = -max(joint.coulomb_positive + grown, 0.0) - brake
+            high = max(joint.coulomb_negative + grown, 0.0) + brake
             self._joints.append((i, 1.0 / response[i][i], response[i], low, high, -inf, inf))
 
     def advance(self, speed: list[float], q: list[float]) -> None:

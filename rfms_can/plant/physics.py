@@ -5,15 +5,17 @@ that the bus brought.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
-from rfms_can.arm import Arm, friction_set
+from rfms_can.arm import Arm
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
-from rfms_can.plant.board import Board, Sample
+from rfms_can.plant.board import Sample
 from rfms_can.plant.contact import Contacts
 from rfms_can.plant.jaw import Jaw
-from rfms_can.plant.scene import FREE, Scene
+from rfms_can.plant.scene import FREE, Scene, Tool
+from rfms_can.plant.variant import Variant, as_built
 from rfms_can.plant.wrist_sensor import WristSensor
 from rfms_can.transform import Transform
 
@@ -70,6 +72,7 @@ class PlantPhysics:
         part_width: float = 0.0,
         scene: Scene = FREE,
         sensor: WristSensor | None = None,
+        variant: Variant | None = None,
     ) -> None:
         """Power up ``arm`` at ``initial_q`` (6, rad; parked if None), gripper half open.
 
@@ -81,22 +84,26 @@ class PlantPhysics:
             part_width: of what lies between the gripper's jaws, m.
             scene: what the arm holds and meets.
             sensor: between hand and tool, or None.
+            variant: what arm and boards are really like; those of the data sheet if None.
 
         Raises:
             ArmError: no such friction set.
-            PlantError: the rate does not fit the physics step, or the pose not the arm.
+            PlantError: the rate does not fit the physics step, or the pose not the arm, or the
+                variant's load not the scene.
         """
         self.arm = arm
         self._near = physics_steps(rate_hz, scene.longest_step_s)
         self._far = physics_steps(rate_hz)
         self._far_m = FASTEST_TIP / rate_hz
         self.steps_per_period, self.step_s = self._near
-        self.model = ArmModel(arm, friction_set(arm, friction_name), self.step_s, scene)
+        variant = variant or as_built(arm, friction_name)
+        scene = _with_load(scene, variant)
+        self.model = ArmModel(variant.arm, variant.friction, self.step_s, scene)
         self._sensor = sensor
         self._place = scene.place.inverse()
         if initial_q is not None:
             self.model.reset(initial_q)
-        self._boards = tuple(Board(arm, joint, q) for joint, q in enumerate(self.model.q))
+        self._boards = variant.boards(self.model.q)
         self.jaw = Jaw(arm.gripper, arm.gripper.stroke / 2.0, part_width)
 
     @property
@@ -172,3 +179,14 @@ class PlantPhysics:
     def latched_index_counts(self, joint: int) -> int | None:
         """Counts at the last index pulse of joint index ``joint``; None before the first."""
         return self._boards[joint].latched_index_counts
+
+
+def _with_load(scene: Scene, variant: Variant) -> Scene:
+    """The scene with the variant's load in the hand."""
+    load = variant.load
+    if not load.mass:
+        return scene
+    if scene.tool is not None:
+        raise PlantError(f"plant {variant.name!r}: scene {scene.name!r} has a tool in the hand")
+    tool = Tool(load.mass, load.com, load.inertia, (), Transform.identity())
+    return replace(scene, tool=tool)

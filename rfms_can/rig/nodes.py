@@ -5,6 +5,7 @@ from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
+from rfms_can.plant.variant import make_variant
 from rfms_can.plant.wrist_sensor import sensor_from
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import GRIPPER, Wire
@@ -27,11 +28,13 @@ def make_master(settings: RunSettings, wire: Wire) -> Supervisor:
 
 def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:
     """Node 9."""
+    arm = settings.the_arm
     physics = PlantPhysics(
-        settings.the_arm,
+        arm,
         settings.friction,
         settings.rate,
         scene=settings.the_scene,
         sensor=sensor_from(settings.sensor, settings.seed),
+        variant=make_variant(settings.plant, arm, settings.friction),
     )
     return PlantNode(physics, wire, settings.boot_id(9), settings.watch_ns)

@@ -2,17 +2,21 @@
 
 from dataclasses import asdict, dataclass
 from enum import IntEnum
+from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from rfms_can.arm import Arm, arm_by_name, friction_set
+from rfms_can.arm.calibration import load_calibration
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.compliance import ControlLaw
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
+from rfms_can.models.dynamics_model import FULL, NONE, check_kind
 from rfms_can.plant.physics import physics_steps
 from rfms_can.plant.scene import Scene
 from rfms_can.plant.scene.catalogue import scene_from
+from rfms_can.plant.variant import make_variant
 from rfms_can.plant.wrist_sensor import NO_SENSOR, sensor_from
 from rfms_can.wire.vocabulary import Blend
 
@@ -36,7 +40,10 @@ class RunSettings:
         clock: ``virtual``, ``lockstep`` or ``realtime``; by the bus if empty.
         rate: control rate, Hz.
         friction: friction set of the plant.
+        plant: what it is really like (``plant/variant.py``).
         servo_friction: friction set the servos compensate; the plant's if empty.
+        dynamics: what the master compensates with: ``full``, ``simplified`` or ``none``.
+        calibration: file of ``rfms identify``; the arm's published numbers if empty.
         blend: ``continuous`` or ``thesis``.
         bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
         barrier: longest lockstep cycle, s.
@@ -55,7 +62,10 @@ class RunSettings:
     clock: str = ""
     rate: float = 250.0
     friction: str = "corke"
+    plant: str = "nominal"
     servo_friction: str = ""
+    dynamics: str = FULL
+    calibration: str = ""
     blend: str = "continuous"
     bit_rate: int = 1_000_000
     data_bit_rate: int = 5_000_000
@@ -74,8 +84,12 @@ class RunSettings:
         friction_set(arm, self.servo_friction or self.friction)
         physics_steps(self.rate, self.the_scene.longest_step_s)
         sensor_from(self.sensor, self.seed)
+        make_variant(self.plant, arm, self.friction)
         self._check_force()
         simulated = parse_bus_url(self.bus).interface == SIM
+        check_kind(self.dynamics)
+        if self.calibration:
+            load_calibration(Path(self.calibration)).check(arm)
         choice("clock", self.clock or "virtual", Clock)
         choice("blend", self.blend, Blend)
         if simulated and self.clock not in ("", "virtual"):
@@ -96,6 +110,10 @@ class RunSettings:
         words = [law.value for law in ControlLaw]
         if self.law not in words:
             raise SettingsError(f"law {self.law!r} does not exist; there are: {', '.join(words)}")
+        if self.dynamics == NONE and self.law == ControlLaw.WEIGHTED:
+            raise SettingsError(
+                "law 'weighted' needs a model of the arm: with dynamics 'none' take law 'hybrid'"
+            )
         if self.force_loop not in ("", "open", "closed"):
             raise SettingsError(f"force loop {self.force_loop!r}: it is open or closed")
         if self.force_loop == "closed" and self.sensor == NO_SENSOR:
@@ -138,6 +156,8 @@ class RunSettings:
             rate_hz=self.rate,
             clock=self.the_clock,
             friction=self.servo_friction or self.friction,
+            dynamics=self.dynamics,
+            calibration=load_calibration(Path(self.calibration)) if self.calibration else None,
             blend=choice("blend", self.blend, Blend),
             barrier_s=self.barrier,
             patience_s=self.patience,

@@ -141,9 +141,9 @@ class ForceControl:
         frame = asked.frame(T6)
         self._specify(asked.specification, frame)
         self.force = in_frame(self.felt.wrench, frame)
-        J = compliance_jacobian(self._math.J, frame)
+        J = compliance_jacobian(self._math.dynamics.J, frame)
         if in_force.selection.size and self._law is not ControlLaw.POSITION:
-            there = compliance_jacobian(self._math.J, in_force.frame)
+            there = compliance_jacobian(self._math.dynamics.J, in_force.frame)
             self.comply.take(errors, there, in_force.selection, in_force.frame)
         elif asked.specification.selection == RIGID:
             least = round(2.0 * asked.acceleration_time / self._period)
@@ -234,8 +234,8 @@ class ForceControl:
         """What the next rows are for; a frame that moves with the arm is followed."""
         math, selection = self._math, specification.selection
         now = math.compliance
-        if specification.load is not None and specification.load != math.load:
-            math.load = specification.load
+        if specification.load is not None and specification.load != math.dynamics.load:
+            math.dynamics.carry(specification.load)
             math.compliance = now = now.changed(now.selection, now.frame)
         if selection != now.selection or (selection.size and _is_elsewhere(frame, now.frame)):
             math.compliance = now.changed(selection, frame)

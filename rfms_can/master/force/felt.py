@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from rfms_can.arm import JointFriction
-from rfms_can.master.force.specification import NO_FORCE, Load
+from rfms_can.arm import JointFriction, Load
+from rfms_can.master.force.specification import NO_FORCE
 from rfms_can.master.force.wrench import weight
 from rfms_can.messages import Vector6
 from rfms_can.transform import Transform

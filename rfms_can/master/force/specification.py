@@ -2,25 +2,14 @@
 
 from typing import Final, NamedTuple
 
+from rfms_can.arm import Load
 from rfms_can.compliance.selection import Selection
-from rfms_can.messages import Vector3, Vector6
+from rfms_can.messages import Vector6
 from rfms_can.transform import Transform
 
 RIGID: Final = Selection()
 NO_FORCE: Final[Vector6] = (0.0,) * 6
 LAST_NUMBER: Final = 255
-
-
-class Load(NamedTuple):
-    """What the hand holds.
-
-    Attributes:
-        mass: kg.
-        centre: its centre of mass in T6, m.
-    """
-
-    mass: float = 0.0
-    centre: Vector3 = (0.0, 0.0, 0.0)
 
 
 class Guard(NamedTuple):

@@ -6,11 +6,15 @@ pose. The natural frequency falls with slow control rates: sample time and the o
 delay take phase in proportion.
 """
 
+import math
 import struct
 from typing import Final
 
 from rfms_can.arm import Arm, friction_set
+from rfms_can.arm.calibration import Calibration, JointCalibration
 from rfms_can.dynamics import ArmDynamics
+from rfms_can.master.settings import MasterSettings
+from rfms_can.models.dynamics_model import NONE
 from rfms_can.wire import GRIPPER, JOINTS
 from rfms_can.wire.vocabulary import Parameter
 
@@ -35,6 +39,7 @@ STOPPING_PART: Final = 0.5
 """Deceleration of a controlled stop over the joint's acceleration limit."""
 
 Parameters = dict[Parameter, float]
+_FRICTION: Final = (Parameter.COULOMB_POSITIVE, Parameter.COULOMB_NEGATIVE, Parameter.VISCOUS)
 
 
 def joint_parameters(
@@ -104,13 +109,61 @@ def gripper_parameters(arm: Arm, period_s: float) -> Parameters:
 
 
 def all_parameters(
-    arm: Arm, friction_name: str, period_s: float, dither: float = 0.0
+    arm: Arm,
+    friction_name: str,
+    period_s: float,
+    calibration: Calibration | None = None,
+    *,
+    compensated: bool = True,
+    dither: float = 0.0,
 ) -> dict[int, Parameters]:
-    """Parameters of nodes 1 to 7, rounded to the float32 they travel as."""
+    """Parameters of nodes 1 to 7, rounded to the float32 they travel as.
+
+    Args:
+        arm: the arm on the bus.
+        friction_name: friction set the servos compensate, where no calibration says better.
+        period_s: control period, s.
+        calibration: torque per code and friction as they were measured.
+        compensated: whether the servos compensate friction at all.
+        dither: part of the friction that complying joints dither with.
+    """
     nodes = joint_parameters(arm, friction_name, period_s, dither)
+    if calibration is not None:
+        for joint in JOINTS:
+            nodes[joint].update(_measured(calibration.joints[joint - 1], nodes[joint]))
+    if not compensated:
+        for joint in JOINTS:
+            nodes[joint].update(dict.fromkeys(_FRICTION, 0.0))
     nodes[GRIPPER] = gripper_parameters(arm, period_s)
     number = struct.Struct("<f")
     return {
         node: {p: number.unpack(number.pack(v))[0] for p, v in parameters.items()}
         for node, parameters in nodes.items()
+    }
+
+
+def parameters_for(arm: Arm, settings: MasterSettings) -> dict[int, Parameters]:
+    """Parameters of nodes 1 to 7 as a master's settings have them."""
+    return all_parameters(
+        arm,
+        settings.friction,
+        settings.period_ns * 1e-9,
+        settings.calibration,
+        compensated=settings.dynamics != NONE,
+        dither=settings.dither,
+    )
+
+
+def _measured(joint: JointCalibration, nominal: Parameters) -> Parameters:
+    """What the node is told of a torque law: it knows one slope, for either direction.
+
+    Offsets are scaled so that the current of a joint without load is exact; with load the error is
+    half the difference of the slopes.
+    """
+    law = joint.law
+    return {
+        Parameter.TORQUE_PER_CODE: math.copysign(law.slope, nominal[Parameter.TORQUE_PER_CODE]),
+        Parameter.COULOMB_POSITIVE: -law.offset_positive * law.slope / law.slope_positive,
+        Parameter.COULOMB_NEGATIVE: law.offset_negative * law.slope / law.slope_negative,
+        Parameter.VISCOUS: law.viscous,
     }

@@ -8,9 +8,9 @@ from rfms_can.compliance.selection import DIRECTIONS, Selection, SelectionError,
 from rfms_can.errors import KinematicsError, ModeError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.force.guards import DISTANCES
-from rfms_can.master.force.specification import NO_FORCE, NO_GUARD, Guard, Load
+from rfms_can.master.force.specification import NO_FORCE, NO_GUARD, Guard
 from rfms_can.master.trajectory.segment import Transition
-from rfms_can.messages import ModeMessage, Vector6
+from rfms_can.messages import ModeMessage, Vector3, Vector6
 from rfms_can.wire.vocabulary import Mode
 
 
@@ -43,7 +43,8 @@ class MotionMode:
         configuration: instead of the position's, or None.
         comply: what complies and with what bias, or None: what the program has asked for.
         guard: what stops the move.
-        load: what the hand holds, or None: what it held before.
+        mass: of what the hand holds, kg, or None: what it held before.
+        mass_centre: its centre of mass in T6, m, or None: the origin of the tool's frame.
     """
 
     name: str
@@ -59,7 +60,8 @@ class MotionMode:
     configuration: Configuration | None
     comply: tuple[Selection, Vector6] | None = None
     guard: Guard = NO_GUARD
-    load: Load | None = None
+    mass: float | None = None
+    mass_centre: Vector3 | None = None
 
     @classmethod
     def from_message(cls, message: ModeMessage) -> "MotionMode":
@@ -88,7 +90,8 @@ class MotionMode:
             configuration,
             _compliance(message),
             _guard(message),
-            None if message.mass is None else Load(message.mass, message.mass_centre),
+            message.mass,
+            message.mass_centre,
         )
 
 
@@ -112,6 +115,8 @@ def _check(message: ModeMessage) -> None:
     for what, number in numbers.items():
         if number is None or not 0.0 < number < math.inf:  # also NaN
             raise ModeError(f"{name}: {what} {number} must be a number more than zero")
+    if message.mass is not None and not 0.0 <= message.mass < math.inf:  # also NaN
+        raise ModeError(f"{name}: mass {message.mass} must be a number, zero or more")
     if message.segment_time is None and not given:
         raise ModeError(
             f"{name}: give a segment time or a speed (speed, angular_speed, joint_speed)"

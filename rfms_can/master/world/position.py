@@ -90,6 +90,10 @@ class Position:
         frame = self._comply.at(moment)
         return frame if self._rides else T6.inverse() @ frame
 
+    def tool(self, moment: Moment) -> Transform:
+        """The frame right of T6 that runs along straight lines, seen from T6."""
+        return self.goal.right(moment).inverse()
+
     def levers(self, moment: Moment) -> dict[str, float]:
         """How far, m, from its references is what they move.
 

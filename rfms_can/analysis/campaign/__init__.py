@@ -1,0 +1,1 @@
+"""Campaigns: one task many times over, with drawn misalignments, under every law."""

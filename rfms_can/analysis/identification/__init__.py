@@ -1,0 +1,1 @@
+"""Chapter IV as a procedure: torque laws, gravity, inertia from the data of experiments."""

@@ -1,0 +1,147 @@
+"""``rfms identify``: find out about the arm on the bus what a master needs to know of it."""
+
+import json
+import os
+import tempfile
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from rfms_can.cli.options import JsonOption, takes_settings
+from rfms_can.rig.interrupt import signals_noted
+from rfms_can.rig.settings import RunSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rfms_can.analysis.identification.result import Identification
+    from rfms_can.arm.calibration import Calibration
+    from rfms_can.rig.identification.control import Tracking
+    from rfms_can.rig.identification.data import Data
+
+SETTINGS = (
+    *("arm", "bus", "clock", "rate", "friction", "plant", "servo_friction"),
+    *("barrier", "patience", "seed"),
+)
+
+
+class Wishes(NamedTuple):
+    """What the user asked for beside the settings; see the flags."""
+
+    out: Path
+    data: Path | None
+    report: Path | None
+    compare: bool
+    jobs: int
+    attach: bool
+    as_json: bool
+
+
+@takes_settings(*SETTINGS)
+def identify(
+    *,
+    settings: RunSettings,
+    out: Annotated[Path, typer.Option("--out", help="calibration file to write")] = Path(
+        "arm.toml"
+    ),
+    data: Annotated[
+        Path | None,
+        typer.Option("--data", help="directory of the experiments' data; goes on where they end"),
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option("--report", help="directory for plots; needs matplotlib")
+    ] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="one fast program with each compensation")
+    ] = False,
+    jobs: Annotated[
+        int, typer.Option("--jobs", min=0, help="experiments side by side; 0: all processors")
+    ] = 0,
+    attach: Annotated[
+        bool, typer.Option("--attach", help="boards and joint nodes are on the bus already")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Identify an arm: probe its wires, run the experiments, write a calibration file.
+
+    With --data an interrupted procedure goes on with what it has.
+    """
+    from rfms_can.analysis.identification.identify import identify as analyse
+    from rfms_can.analysis.identification.result import calibration_of
+    from rfms_can.arm.calibration import save_calibration
+    from rfms_can.rig.identification.probing import probe, require_sound
+
+    jobs = jobs or os.cpu_count() or 1
+    wishes = Wishes(out, data, report, compare, jobs, attach, as_json)
+    require_sound(probe(settings, attach))
+    found = analyse(settings.the_arm, _measure(settings, wishes))
+    calibration = calibration_of(found)
+    save_calibration(out, calibration)
+    _tell(settings, found, calibration, wishes)
+
+
+def _measure(settings: RunSettings, wishes: Wishes) -> "Mapping[str, Data]":
+    """The data of all experiments, of this call and of earlier ones."""
+    from rfms_can.cli.identify_progress import ExperimentProgress
+    from rfms_can.rig.identification.experiments import experiments
+    from rfms_can.rig.identification.procedure import run_all, tasks_of
+
+    data = wishes.data
+    place = nullcontext(str(data)) if data is not None else tempfile.TemporaryDirectory()
+    with signals_noted() as interrupt, place as directory:
+        plan = experiments(settings.the_arm)
+        tasks = tasks_of(plan, settings, Path(directory), wishes.attach)
+        try:
+            with ExperimentProgress(tasks, quiet=wishes.as_json) as watcher:
+                return run_all(
+                    tasks, watcher, jobs=wishes.jobs, ask=watcher.ask, interrupted=interrupt
+                )
+        except KeyboardInterrupt:
+            kept = "; --data DIR keeps what is there" if data is None else f"; {data} is kept"
+            typer.echo(f"rfms: interrupted{kept}", err=True)
+            raise typer.Exit(interrupt.exit_code) from None
+
+
+def _tell(
+    settings: RunSettings, found: "Identification", calibration: "Calibration", wishes: Wishes
+) -> None:
+    """Print what was found beside the plant's truth, or the data sheet of an arm that is none."""
+    from rfms_can.analysis.identification.summary import summary
+    from rfms_can.analysis.identification.truth import truth_of
+    from rfms_can.cli.identify_report import print_report, print_significance, print_tracking
+    from rfms_can.plant.variant import as_built, make_variant
+
+    arm, friction = settings.the_arm, settings.friction
+    plant = (
+        as_built(arm, friction) if wishes.attach else make_variant(settings.plant, arm, friction)
+    )
+    truth = truth_of(plant)
+    tracking = _compare(settings, calibration, truth, wishes) if wishes.compare else None
+    if wishes.as_json:
+        typer.echo(json.dumps(summary(found, calibration, truth, tracking)))
+    else:
+        print_report(found, calibration, truth, "data sheet" if wishes.attach else "plant")
+        print_significance(found)
+        if tracking is not None:
+            print_tracking(settings, tracking)
+    if wishes.report is not None:
+        from rfms_can.analysis.identification.figures import draw
+
+        for path in draw(found, truth, tracking, wishes.report):
+            typer.echo(path, err=wishes.as_json)
+    if not wishes.as_json:
+        typer.echo(f"{wishes.out}: use it with --calibration {wishes.out}")
+
+
+def _compare(
+    settings: RunSettings, calibration: "Calibration", truth: "Calibration", wishes: Wishes
+) -> "Sequence[Tracking]":
+    """One fast program with each compensation; the truth's only where it is known."""
+    from rfms_can.rig.identification.control import compare, compensations
+
+    with tempfile.TemporaryDirectory() as directory:
+        known = None if wishes.attach else truth
+        runs = compensations(settings, Path(directory), calibration, known)
+        return compare(runs, wishes.jobs, wishes.attach)

@@ -1,0 +1,71 @@
+"""What a person sees while experiments run."""
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from rfms_can.cli.report import console
+from rfms_can.rig.identification.experiments import Experiment
+from rfms_can.rig.identification.procedure import Task
+from rfms_can.rig.session import Session
+
+
+class ExperimentProgress:
+    """A bar of experiments; whoever has no terminal sees the last state of it."""
+
+    def __init__(self, tasks: Sequence[Task], *, quiet: bool) -> None:
+        self._progress = Progress(
+            TextColumn("[bold]identify"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[what]}"),
+            TimeElapsedColumn(),
+            console=console,
+            disable=quiet,
+        )
+        self._task = self._progress.add_task("identify", total=len(tasks), what="")
+        self._name = ""
+        self._hangs = False
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._progress.stop()
+
+    def ask(self, load: bool) -> None:
+        """Have somebody hang the known load, or take it off; one who has just done it is not asked.
+
+        The arm is braked: each experiment ends so.
+        """
+        if load is not self._hangs:
+            what = "Hang the known load into the hand" if load else "Take the load off the hand"
+            self._progress.stop()
+            typer.prompt(f"{what} (arm/load.py), and press Enter", default="", show_default=False)
+            self._progress.start()
+            self._hangs = load
+
+    def begin(self, experiment: Experiment) -> None:
+        """An experiment begins."""
+        self._name = experiment.name
+        self._progress.update(self._task, what=experiment.name)
+
+    def cycles(self, session: Session) -> None:
+        """Now and then while it runs."""
+        supervisor = session.supervisor
+        seconds = supervisor.statistics.cycles / supervisor.settings.rate_hz
+        self._progress.update(self._task, what=f"{self._name} {seconds:.1f} s")
+
+    def end(self, experiment: Experiment, kept: bool) -> None:
+        """Its data are there."""
+        what = f"{experiment.name} {'kept' if kept else 'done'}"
+        self._progress.update(self._task, advance=1, what=what)

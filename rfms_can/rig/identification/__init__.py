@@ -1,0 +1,1 @@
+"""Excitation programs, and the data they bring: what an identification is made from."""
