@@ -23,6 +23,9 @@ PASSAGE_PART: Final = 0.01
 """Part of the torque limit by which torque may step, a cycle, where what complies changes."""
 MOVING_CODES: Final = 1.5
 """Velocity ADC codes from which a complying joint counts as moving."""
+PUSHING_COUNTS: Final = 4.0
+"""Encoder counts of error for which a complying joint that rests has its friction compensated in
+full: one count more or less must not turn it."""
 
 
 class FrictionCompensation:
@@ -44,6 +47,7 @@ class FrictionCompensation:
         "_negative",
         "_passing",
         "_positive",
+        "_pushing",
         "_reversal",
         "_step",
         "_still",
@@ -61,6 +65,8 @@ class FrictionCompensation:
         self._reversal = (self._positive + self._negative) * p[Parameter.PERIOD] / REVERSAL_S
         self._step = PASSAGE_PART * p[Parameter.TORQUE_LIMIT]
         self._moving = MOVING_CODES * abs(p[Parameter.RATE_PER_CODE])
+        natural, counts = p[Parameter.NATURAL_FREQUENCY], abs(p[Parameter.COUNTS_PER_UNIT])
+        self._pushing = PUSHING_COUNTS * natural / counts if counts else 0.0
         self._dither = p[Parameter.DITHER_PART]
         self._wave = max(2, round(p[Parameter.DITHER_PERIOD] / p[Parameter.PERIOD]))
         self._half_wave = self._wave // 2
@@ -106,7 +112,8 @@ class FrictionCompensation:
         self._passing |= not self._complies
         self._complies = True
         self.resting = False  # no integral to be kept back
-        part = max(-1.0, min(1.0, speed / moving)) if moving else (speed > 0.0) - (speed < 0.0)
+        full = max(moving, self._pushing) if rests else moving
+        part = max(-1.0, min(1.0, speed / full)) if moving else (speed > 0.0) - (speed < 0.0)
         size = self._positive if part > 0.0 else self._negative
         self._go_to(COMPLYING_PART * size * part)
         torque = self._coulomb + self._viscous * speed
