@@ -22,6 +22,7 @@ from rfms_can.messages import ModeMessage, MoveRequest, PositionMessage, Transfo
 from rfms_can.node import Node
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
+from rfms_can.plant.wrist_sensor import sensor_from
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire import GRIPPER, JOINTS, Wire
 
@@ -112,6 +113,11 @@ class Pump:
                 return
 
 
+def _physics(run: RunSettings) -> PlantPhysics:
+    sensor = sensor_from(run.sensor, run.seed)
+    return PlantPhysics(run.the_arm, run.friction, run.rate, sensor=sensor)
+
+
 class Fleet:
     """All nine nodes on a pump.
 
@@ -128,7 +134,7 @@ class Fleet:
         self.wire = wire
         self.joints = [JointNode(joint, wire, joint, watch_ns) for joint in JOINTS]
         self.gripper = GripperNode(wire, GRIPPER, watch_ns)
-        self.plant = PlantNode(PlantPhysics(arm, "corke", run.rate), wire, 9, watch_ns)
+        self.plant = PlantNode(_physics(run), wire, 9, watch_ns)
         self.master = Supervisor(arm, wire, 8, how)
         self.pump = Pump(*self.joints, self.gripper, self.plant, self.master)
         self.reader = Reader(wire)

@@ -112,6 +112,42 @@ def test_two_link_arm_stiffness_goes_hybrid_stays(theta2: float) -> None:
     assert both[0, 0] == pytest.approx(kx * theta2**2 + 4.0 * 500.0, rel=theta2**2 + 1e-9)
 
 
+@pytest.mark.parametrize("theta2", [1.2, 0.3, 1e-3])
+def test_two_link_arm_jacobian_is_the_motion_of_its_tip(theta2: float) -> None:
+    """Unit links: the tip by its angles, differenced, seen along and across link 2."""
+
+    def tip(t1: float, t2: float) -> Matrix:
+        return np.array([cos(t1) + cos(t1 + t2), sin(t1) + sin(t1 + t2)])
+
+    theta1, h = 0.4, 1e-6
+    c, s = cos(theta1 + theta2), sin(theta1 + theta2)
+    axes = np.array([[c, s], [-s, c]])
+    columns = [
+        (tip(theta1 + h, theta2) - tip(theta1 - h, theta2)) / (2 * h),
+        (tip(theta1, theta2 + h) - tip(theta1, theta2 - h)) / (2 * h),
+    ]
+    np.testing.assert_allclose(axes @ np.array(columns).T, two_link(theta2), atol=1e-9)
+    inverse = np.array([[1.0 / sin(theta2), 0.0], [-(1.0 + cos(theta2)) / sin(theta2), 1.0]])
+    np.testing.assert_allclose(np.linalg.inv(two_link(theta2)), inverse, rtol=1e-9)
+    if theta2 < 0.01:
+        small = [[1.0 / theta2, 0.0], [-2.0 / theta2, 1.0]]
+        np.testing.assert_allclose(inverse, small, rtol=1e-5)
+
+
+def test_two_link_arm_at_its_singularity_what_restores_a_displaced_joint() -> None:
+    """Fig. 5.6: Salisbury's torque goes with the square of theta2, the hybrid one stays."""
+    k1, k2, kx, d1 = 30.0, 20.0, 1000.0, 0.01
+    stiff, hybrid = [], []
+    for theta2 in (1e-2, 1e-4, 1e-6):
+        J = two_link(theta2)
+        stiff.append((J.T @ np.diag([kx, 0.0]) @ J @ [d1, 0.0])[0])
+        C = hybrid_rows(embedded(theta2), Selection.parse("fy"), np.eye(6)).errors[:2, :2]
+        hybrid.append((np.diag([k1, k2]) @ C @ [d1, 0.0]).tolist())
+    assert stiff == pytest.approx([kx * d1 * t * t for t in (1e-2, 1e-4, 1e-6)], rel=1e-4)
+    for torque in hybrid:
+        assert torque == pytest.approx([k1 * d1, -2.0 * k2 * d1], rel=1e-4)
+
+
 def embedded(theta2: float) -> Matrix:
     """The two-link arm as joints 1 and 2 of six, the others each a direction of their own."""
     J = np.eye(6)

@@ -11,6 +11,7 @@ from statuses import status
 
 from rfms_can.coordinator import Arm, connect, emergency_stop
 from rfms_can.coordinator.conversation import ANSWER_S, Conversation
+from rfms_can.coordinator.definitions import ModeSettings
 from rfms_can.coordinator.refusals import ERRORS, error_of
 from rfms_can.coordinator.remote import RemoteLink
 from rfms_can.errors import (
@@ -58,6 +59,9 @@ def link(socket: CoreSocket) -> RemoteLink:
 @pytest.fixture
 def arm(link: RemoteLink) -> Arm:
     return Arm(link)
+
+
+PUSHES = ModeSettings(segment_time=0.6, acceleration_time=0.1, comply={"fx": 900.0})
 
 
 def lift(arm: Arm, seconds: float = 0.6, height: float = 0.03) -> int:
@@ -121,6 +125,33 @@ def test_compliance_is_kept_by_the_server(arm: Arm) -> None:
     assert arm.status.comply == "fy"
     with pytest.raises(ProgramError, match="lock 'fx': fx does not comply; what does: fy"):
         arm.lock("fx")
+
+
+@pytest.mark.system
+def test_over_the_link_too_a_program_sees_what_complies_and_what_stopped_a_move(arm: Arm) -> None:
+    assert (arm.complied, arm.force, arm.guard) == ((0.0,) * 6, (0.0,) * 6, None)
+    assert arm.status.force_loop == "none"
+    arm.comply("fx", 0.5)  # nothing is touched: the arm goes where it pushes
+    arm.wait(lift(arm))
+    assert (arm.status.comply, arm.status.complying) == ("fx", "fx")
+    arm.sleep(0.2)
+    assert arm.complied[0] > 1e-3
+    arm.lock("fx")
+    arm.mode("back", segment_time=0.6, acceleration_time=0.1, stop_on_distance={"rz": 3.0})
+    arm.wait(arm.move("up", "back"))
+    assert arm.status.complying == ""
+    assert arm.complied == (0.0,) * 6
+    assert arm.guard is None
+    down = arm.transform("down", Transform.translation(0.0, 0.0, -0.03) @ arm.pose)
+    arm.position("down again", arm.t6 == down)
+    words = {"dx": 0.02, "dy": 0.02, "dz": 0.02}
+    arm.mode("feel", segment_time=0.6, acceleration_time=0.1, stop_on_distance=words)
+    sequence = arm.move("down again", "feel")
+    arm.wait(sequence)
+    assert arm.guard is not None
+    assert arm.guard.startswith(f"move {sequence}: d")
+    with pytest.raises(MoveError, match=r"the bias fx 900 takes .* Nm of joint"):
+        arm.move("up", arm.mode("hard", **PUSHES))
 
 
 # --- errors ------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from operator import mul
 
 import pytest
 from hypothesis import given
@@ -48,10 +49,12 @@ def torque(
     law: Law = Law.PID,
     feedforward: float = 0.0,
     selection: int = 0,
+    damping: float = 0.0,
+    specification: int = 0,
 ) -> float:
     rows = RowSets(2)
     rows.first, rows.second, rows.law = tuple(c), tuple(mc), law
-    rows.selection = selection
+    rows.selection, rows.damping, rows.specification = selection, damping, specification
     return servo.torque(e, v, a, rows, feedforward)
 
 
@@ -187,6 +190,157 @@ def test_a_joint_on_its_own_is_the_pid_with_an_identity_row() -> None:
         e, v = 0.1 * math.sin(k), 0.3 * math.cos(k)
         wanted = torque(among, e=own(e), v=own(v), feedforward=1.5)
         assert alone.alone(e, v, 1.5) == pytest.approx(wanted, rel=1e-12)
+
+
+# --- while the arm complies ---------------------------------------------------------------------
+
+M_ROW = (0.3, 1.1, -0.2, 0.05, 0.1, -0.02)
+MC_ROW = (0.1, 0.6, -0.3, 0.02, 0.0, 0.05)
+E, V, A = (
+    (0.01, -0.02, 0.03, 0.1, -0.01, 0.05),
+    (0.3, -0.1, 0.2, 0.0, 0.5, -0.4),
+    (1.0, 2.0, -3.0, 4.0, 0.5, 9.0),
+)
+
+
+def dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return float(sum(map(mul, a, b)))
+
+
+def test_the_weighted_law_feeds_the_whole_inertia_forward_and_servos_a_part_of_it() -> None:
+    """tau = M a + M C (wn^2 e + 2 zeta wn e_dot): what complies still moves as commanded."""
+    servo = servo_with(NATURAL_FREQUENCY=20.0, DAMPING_RATIO=0.8)
+    got = torque(servo, e=E, v=V, a=A, c=M_ROW, mc=MC_ROW, law=Law.WEIGHTED, selection=3)
+    wanted = dot(M_ROW, A) + 400.0 * dot(MC_ROW, E) + 32.0 * dot(MC_ROW, V)
+    assert got == pytest.approx(wanted)
+
+
+def test_its_damping_is_of_what_the_servo_leaves_alone() -> None:
+    """mu (M - M C) e_dot, as the stability analysis has it."""
+    servo = servo_with(NATURAL_FREQUENCY=20.0, DAMPING_RATIO=0.0)
+    got = torque(servo, v=V, c=M_ROW, mc=MC_ROW, law=Law.WEIGHTED, selection=3, damping=12.0)
+    assert got == pytest.approx(12.0 * (dot(M_ROW, V) - dot(MC_ROW, V)))
+
+
+def test_damping_under_a_pid_is_by_the_inertia_its_gains_were_made_for() -> None:
+    """mu d (I - C) e_dot with d = K_p / wn^2."""
+    servo = servo_with(KP=180.0, NATURAL_FREQUENCY=30.0)
+    row = (0.2, 0.7, 0.0, -0.1, 0.0, 0.3)
+    got = torque(servo, v=V, c=row, mc=M_ROW, selection=3, damping=12.0)
+    assert got == pytest.approx(12.0 * 0.2 * (V[1] - dot(row, V)))
+
+
+def test_nothing_is_damped_where_the_set_says_so() -> None:
+    """The stiffness law travels without: damping is none of its own."""
+    servo = servo_with(KP=180.0, NATURAL_FREQUENCY=30.0)
+    assert torque(servo, v=V, c=UNIT, selection=3) == 0.0
+
+
+def test_the_integral_is_the_row_times_those_of_all_six_errors() -> None:
+    servo, row = servo_with(KI=5.0), (0.5, 0.0, -1.0, 0.2, 0.0, 0.1)
+    sums = [0.0] * 6
+    for k in range(40):
+        e = [0.1 * math.sin(k + j) for j in range(6)]
+        sums = [s + 5.0 * T * x for s, x in zip(sums, e, strict=True)]
+        assert torque(servo, e=e, c=row, selection=1) == pytest.approx(dot(row, sums))
+
+
+def test_a_row_that_turns_takes_the_integral_with_it() -> None:
+    """What was held along a direction that complies now is not pushed with any more."""
+    servo = servo_with(KI=5.0)
+    for _ in range(50):
+        torque(servo, e=own(0.02), c=UNIT, selection=1)
+    assert servo.integral > 0.0
+    torque(servo, c=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), selection=2)
+    assert servo.integral == 0.0
+
+
+def test_the_weighted_integral_is_that_of_a_pid_on_the_rows_own_inertia() -> None:
+    """K_i / K_p wn^2 M C: with M C = d I it is the PID's."""
+    d, wn = 0.25, 20.0
+    gains = {"KP": d * wn * wn, "KI": 8.0 * d * wn * wn, "NATURAL_FREQUENCY": wn}
+    plain, weighted = servo_with(**gains), servo_with(**gains)
+    for k in range(30):
+        e = (0.0, 0.01 * math.cos(k), 0.0, 0.0, 0.0, 0.0)
+        torque(plain, e=e, selection=1)
+        torque(weighted, e=e, c=M_ROW, mc=own(d), law=Law.WEIGHTED, selection=1)
+        assert weighted.integral == pytest.approx(plain.integral)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_integral_of_what_is_blocked_waits_and_comes_back_at_once(sign: float) -> None:
+    servo = servo_with(KI=100.0)  # its limit is 10 Nm; complying it may use 3
+    for _ in range(1000):
+        torque(servo, e=own(0.1 * sign), selection=1)
+    assert servo.integral == pytest.approx(3.0 * sign)
+    torque(servo, e=own(-0.1 * sign), selection=1)
+    assert servo.integral == pytest.approx((3.0 - 0.04) * sign)
+
+
+def test_rigid_again_only_the_own_integral_is_left() -> None:
+    servo = servo_with(KI=5.0)
+    for _ in range(20):
+        torque(servo, e=E, c=(1.0, 1.0, 1.0, 1.0, 1.0, 1.0), selection=1)
+    torque(servo, selection=0)
+    assert servo.integral == pytest.approx(20 * 5.0 * T * E[1])
+    torque(servo, c=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0), selection=1)
+    assert servo.integral == 0.0  # those of the others begin anew
+
+
+# --- passages ----------------------------------------------------------------------------------
+
+six = st.tuples(*[st.floats(-2.0, 2.0)] * 6)
+
+
+@given(
+    st.lists(
+        st.tuples(six, six, st.integers(0, 63), st.floats(-20.0, 20.0)), min_size=2, max_size=4
+    ),
+    st.tuples(*[st.floats(-0.2, 0.2)] * 6),
+    six,
+    six,
+    st.sampled_from(Law),
+)
+def test_where_what_complies_changes_torque_goes_over_in_hundredths_of_its_limit(
+    sets: list[tuple[tuple[float, ...], tuple[float, ...], int, float]],
+    e: tuple[float, ...],
+    v: tuple[float, ...],
+    a: tuple[float, ...],
+    law: Law,
+) -> None:
+    """Any rows after any others, clamped torques too, a change in the middle of a passage too."""
+    servo = servo_with(KP=200.0, KD=20.0, NATURAL_FREQUENCY=30.0, DAMPING_RATIO=1.0)
+    before = None
+    for number, (c, mc, selection, gravity) in enumerate(sets, start=1):
+        for _ in range(220 if number == len(sets) else 30):
+            now = torque(
+                servo, e=e, v=v, a=a, c=c, mc=mc, law=law, feedforward=gravity,
+                selection=selection, damping=12.0, specification=number,
+            )  # fmt: skip
+            assert before is None or abs(now - before) <= 0.5 * (1.0 + 1e-9)
+            before = now
+    fresh = servo_with(KP=200.0, KD=20.0, NATURAL_FREQUENCY=30.0, DAMPING_RATIO=1.0)
+    arrived = torque(
+        fresh, e=e, v=v, a=a, c=c, mc=mc, law=law, feedforward=gravity, damping=12.0,
+        selection=selection,
+    )  # fmt: skip
+    assert before == pytest.approx(arrived, abs=1e-9)
+
+
+def test_rows_of_the_same_specification_act_at_once() -> None:
+    servo = servo_with(KP=20.0)
+    torque(servo, e=own(0.5), specification=4)
+    assert torque(servo, e=own(0.5), c=ZERO, specification=4) == 0.0
+
+
+def test_an_error_that_changes_in_a_passage_acts_at_once() -> None:
+    servo = servo_with(KP=20.0)
+    torque(servo, e=own(0.5), specification=1)
+    first = torque(servo, e=own(0.5), c=ZERO, specification=2)
+    assert first == pytest.approx(10.0 - 0.5)
+    assert torque(servo, e=own(0.5), feedforward=-4.0, c=ZERO, specification=2) == pytest.approx(
+        10.0 - 2 * 0.5 - 4.0
+    )
 
 
 # --- friction ----------------------------------------------------------------------------------

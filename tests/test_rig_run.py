@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 from array import array
 from pathlib import Path
@@ -11,10 +12,13 @@ import cantools
 import pytest
 from system_run import SHORT
 
+from rfms_can.arm import PUMA_260
+from rfms_can.cli.report import print_result
 from rfms_can.codec import database_path
 from rfms_can.coordinator import Arm
 from rfms_can.errors import FaultError, ProgramError, RfmsError
 from rfms_can.frame import Frame
+from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.rig.interrupt import Interrupt, signals_noted
 from rfms_can.rig.program import load_program
@@ -202,3 +206,28 @@ def test_a_rig_that_cannot_be_watched_is_given_back() -> None:
 
     with pytest.raises(RfmsError, match="not permitted"):
         execute(load_program(SHORT), RunSettings(), watch=refuse)
+
+
+def test_a_result_tells_the_singularities_met_while_complying(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def near_the_wrist(arm: Arm) -> None:
+        angles = list(PUMA_260.park)
+        angles[4] = 0.02
+        there = arm.transform("there", direct(PUMA_260, angles))
+        goal = arm.position("goal", arm.t6 == there)
+        arm.wait(arm.move(goal, arm.mode("far", segment_time=1.5, acceleration_time=0.3)))
+        arm.wait(
+            arm.move(
+                goal, arm.mode("soft", segment_time=0.5, acceleration_time=0.1, comply={"rx": 0.0})
+            )
+        )
+
+    result = execute(near_the_wrist, SETTINGS_USED).result
+    words = result.reported[0]
+    for told in result.reported:
+        assert re.fullmatch(r"near a singularity \w\w.* beside rx could not be held", told)
+    assert len(set(result.reported)) == len(result.reported)
+    assert result.as_dict()["reported"] == result.reported
+    print_result("near the wrist", result)
+    assert f"compliance {words}" in " ".join(capsys.readouterr().err.split())

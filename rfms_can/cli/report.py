@@ -106,6 +106,8 @@ def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:
     yield "frames", str(result.frames)
     if result.scene is not None:
         yield from _scene_rows(result.scene)
+    for k, words in enumerate(result.reported):
+        yield "" if k else "compliance", words
     discarded = {name: count for name, count in result.discarded.items() if count}
     yield "discarded", ", ".join(f"{n}: {c}" for n, c in discarded.items()) or "0"
     yield "foreign", str(result.foreign)

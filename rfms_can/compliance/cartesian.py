@@ -7,16 +7,12 @@ nodes exchange joint errors alone, so this part is for whoever knows both poses,
 travels as bias torque, one period late, and is zero where the arm is on its set-point.
 """
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
-from rfms_can.transform import Transform
+from rfms_can.transform import Transform, motion_of
 
 Matrix = npt.NDArray[np.float64]
-
-_SMALL_ANGLE = 1e-6
 
 
 def cartesian_error(desired: Transform, actual: Transform, frame: Transform) -> Matrix:
@@ -29,12 +25,7 @@ def cartesian_error(desired: Transform, actual: Transform, frame: Transform) -> 
     Returns:
         (6,): displacement, m, and rotation vector, rad, in the actual compliance frame.
     """
-    change = (actual @ frame).inverse() @ (desired @ frame)
-    nx, ox, ax, px, ny, oy, ay, py, nz, oz, az, pz = change
-    x, y, z = 0.5 * (oz - ay), 0.5 * (ax - nz), 0.5 * (ny - ox)
-    sine, cosine = math.sqrt(x * x + y * y + z * z), 0.5 * (nx + oy + az - 1.0)
-    scale = math.atan2(sine, cosine) / sine if sine > _SMALL_ANGLE else 1.0
-    return np.array([px, py, pz, scale * x, scale * y, scale * z])
+    return np.array(motion_of((actual @ frame).inverse() @ (desired @ frame)))
 
 
 def cartesian_part(J: Matrix, C: Matrix, dx: Matrix, errors: Matrix) -> Matrix:

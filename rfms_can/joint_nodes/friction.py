@@ -52,6 +52,7 @@ class FrictionCompensation:
         "_positive",
         "_pushing",
         "_reversal",
+        "_rubs",
         "_step",
         "_still",
         "_viscous",
@@ -72,13 +73,14 @@ class FrictionCompensation:
         natural, counts = p[Parameter.NATURAL_FREQUENCY], abs(p[Parameter.COUNTS_PER_UNIT])
         self._pushing = PUSHING_COUNTS * natural / counts if counts else 0.0
         self._dither = p[Parameter.DITHER_PART]
-        self._wave = max(2, round(p[Parameter.DITHER_PERIOD] / p[Parameter.PERIOD]))
-        self._half_wave = self._wave // 2
+        halves = 2.0 * p[Parameter.PERIOD]
+        self._half_wave = max(1, round(p[Parameter.DITHER_PERIOD] / halves))
+        self._wave = 2 * self._half_wave  # up as long as down: it must not push by itself
         self.reset()
 
     def reset(self) -> None:
         """Forget the direction of the last motion."""
-        self._coulomb = 0.0
+        self._coulomb = self._rubs = 0.0
         self._complies = False
         self._passing = 0  # cycles of small steps that are left
         self.resting = True
@@ -93,15 +95,14 @@ class FrictionCompensation:
         if self._complies:
             self._passing = self._passage
         self._complies = self.resting = False
-        coulomb = self._coulomb
+        coulomb = max(-self._negative, min(self._positive, self._coulomb))
         if speed > self._still:
             coulomb = self._positive
         elif speed < -self._still:
             coulomb = -self._negative
         else:
             self.resting = True
-        self._go_to(coulomb)
-        return self._coulomb + self._viscous * speed
+        return self._go_to(coulomb, self._viscous * speed)
 
     def complying(self, desired: float, measured: float, push: float, cycle: int) -> float:
         """Torque of a complying joint, Nm.
@@ -122,23 +123,27 @@ class FrictionCompensation:
         full = max(moving, self._pushing) if rests else moving
         part = max(-1.0, min(1.0, speed / full)) if moving else (speed > 0.0) - (speed < 0.0)
         size = self._positive if part > 0.0 else self._negative
-        self._go_to(COMPLYING_PART * size * part)
-        torque = self._coulomb + self._viscous * speed
+        torque = self._go_to(COMPLYING_PART * size * part, self._viscous * speed)
         if self._dither and rests and not self._passing:
             up = cycle % self._wave < self._half_wave
             wave = self._positive if up else -self._negative
             torque += self._dither * (wave - self._coulomb)
         return torque
 
-    def _go_to(self, coulomb: float) -> None:
-        """The next Coulomb part: at once, but where compliance begins or ends in small steps."""
+    def _go_to(self, coulomb: float, rubs: float) -> float:
+        """The next torque: at once, but where compliance begins or ends in small steps.
+
+        What is not there yet of the Coulomb and of the viscous part counts as the Coulomb one's.
+        """
         if self._passing:
-            change = coulomb - self._coulomb
+            change = coulomb + rubs - self._coulomb - self._rubs
             there = -self._step < change < self._step
             self._passing = max(self._passing - 1, 0 if there else 1)
             if not there:
-                coulomb = self._coulomb + (self._step if change > 0.0 else -self._step)
-        self._coulomb = coulomb
+                step = self._step if change > 0.0 else -self._step
+                coulomb = self._coulomb + self._rubs + step - rubs
+        self._coulomb, self._rubs = coulomb, rubs
+        return coulomb + rubs
 
     def turn(self, error: float) -> bool:
         """Turn a resting joint's friction a step to where its error is; False if it is there."""

@@ -188,8 +188,12 @@ class Servo:
         if weighted:
             integral *= self._weighted_integral
         bound = COMPLYING_INTEGRAL * self._integral_limit
-        self.integral = bound if integral > bound else -bound if integral < -bound else integral
-        return self.integral
+        if not -bound <= integral <= bound:
+            kept = bound / abs(integral)  # of each, so that it comes back at once
+            sums[:] = [kept * one for one in sums]
+            integral *= kept
+        self.integral = integral
+        return integral
 
     def _sum_up(
         self, j: int, error: float, total: float, share: float, band: float, bound: float
@@ -209,16 +213,19 @@ class Servo:
         self._sums[j] = bound if step > bound else -bound if step < -bound else step
 
     def _pass(self, torque: float, rows: RowSets) -> float:
-        """Where what complies has changed, go over to the new torque in small steps."""
+        """Where what complies has changed, go over to the new torque in small steps.
+
+        From what the joint gave to what it can give: a clamped torque would pass unseen.
+        """
         if rows.specification != self._specification:
             if self._specification is not None:
-                self._passage = self._last - torque
+                self._passage = self._last - self._clamp(torque)
             self._specification = rows.specification
         if self._passage:
             step = PASSAGE_PART * self.torque_limit
             self._passage -= max(-step, min(step, self._passage))
-            torque += self._passage
-        self._last = torque
+            torque = self._clamp(torque) + self._passage
+        self._last = self._clamp(torque)
         return torque
 
     def _clamp(self, torque: float) -> float:

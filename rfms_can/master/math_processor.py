@@ -9,7 +9,7 @@ from rfms_can.arm import Arm
 from rfms_can.compliance import ControlLaw, LawRows, regular_pose
 from rfms_can.kinematics import jacobian
 from rfms_can.master.force.law_rows import ComplyingRows
-from rfms_can.master.force.specification import Compliance
+from rfms_can.master.force.specification import RIGID, Compliance
 from rfms_can.models import LoadedDynamics
 from rfms_can.wire import JOINTS, LAST_SET, NO_SET
 from rfms_can.wire.vocabulary import Law
@@ -57,6 +57,7 @@ class MathProcessor:
         self._damps = law not in (ControlLaw.POSITION, ControlLaw.STIFFNESS)
         self.compliance = Compliance()
         self.complying = ComplyingRows(arm, law, Kp, natural)
+        self._own_inertia = np.diag(np.asarray(Kp) / natural**2)
 
     def made(self, number: int) -> Compliance:
         """What a set of rows that was sent is for."""
@@ -67,7 +68,6 @@ class MathProcessor:
         self.dynamics.update(q)
         compliance, weighted = self.compliance, self._wire is Law.WEIGHTED
         number = self._set = self._set % LAST_SET + 1
-        self._made[number] = compliance
         inertia = self.dynamics.M.tolist()
         damping, bits = 0.0, 0
         if compliance.selection.size and self._law is not ControlLaw.POSITION:
@@ -75,7 +75,9 @@ class MathProcessor:
             law = (rows.weighted if weighted else rows.errors).tolist()
             damping, bits = COMPLIANT_DAMPING * self._damps, compliance.bits
         else:
+            compliance = compliance._replace(selection=RIGID)
             law = inertia if weighted else _IDENTITY
+        self._made[number] = compliance
         first, second = (inertia, law) if weighted else (law, inertia)
         gravity = self.dynamics.g.tolist()
         tail = (number, self._wire, damping, bits, compliance.number)
@@ -84,4 +86,6 @@ class MathProcessor:
     def _complying(self, q: Sequence[float]) -> LawRows:
         regular, dynamics = regular_pose(self._arm, q), self.dynamics
         J = dynamics.J if regular == tuple(q) else np.array(jacobian(self._arm, regular))
-        return self.complying.rows(self.compliance, J, dynamics.M)
+        # with no model, the inertia that the gains were made for is the metric
+        M = dynamics.M if dynamics.M.any() else self._own_inertia
+        return self.complying.rows(self.compliance, J, M)

@@ -241,8 +241,11 @@ class Motion:
 
     @property
     def guarded(self) -> bool:
-        """Whether the move under way stops on force or distance."""
-        return self.asked is not None and self.asked.specification.guard.active
+        """Whether the move under way stops on force or distance: until it is over."""
+        asked = self.asked
+        return asked is not None and (
+            asked.specification.guard.active and not self.is_over(asked.sequence)
+        )
 
     def end_guarded(self) -> None:
         """The guard of the move under way has tripped: come to rest on the path."""

@@ -16,7 +16,9 @@ def holds(supervisor: Supervisor, condition: AnyCondition) -> bool:
     """Whether a condition holds at the end of the last closed cycle."""
     match condition:
         case MoveOver(sequence):
-            return supervisor.motion.is_over(sequence)
+            return supervisor.motion.is_over(sequence) and not (
+                supervisor.motion.at_rest and supervisor.force_control.comply.fading
+            )
         case AtRest():
             return stands(supervisor)
         case JawAtRest():
@@ -28,10 +30,12 @@ def holds(supervisor: Supervisor, condition: AnyCondition) -> bool:
 def stands(supervisor: Supervisor) -> bool:
     """Whether no move is under way or waits, nothing is commanded to move, and nothing does.
 
-    An arm that follows a goal slowly stands still by its encoders from one cycle to the next.
+    An arm that follows a goal slowly stands still by its encoders from one cycle to the next; so
+    does one that begins to come back from where compliance has let it go to.
     """
-    motion = supervisor.motion
-    return supervisor.stillness.arm and motion.at_rest and not motion.moves
+    motion, comply = supervisor.motion, supervisor.force_control.comply
+    stands_still = supervisor.stillness.arm and not comply.fading
+    return stands_still and motion.at_rest and not motion.moves
 
 
 def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0) -> Status:

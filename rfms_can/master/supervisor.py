@@ -111,7 +111,8 @@ class Supervisor(ControlCycle):
             return
         self.statistics.errors(self.errors, self.motion.moves)
         self._control_force()
-        self._make_setpoint()
+        if self.phase is Phase.RUN:
+            self._make_setpoint()
 
     def _close_halted(self) -> None:
         if self._stop_asked:
@@ -129,7 +130,7 @@ class Supervisor(ControlCycle):
         if self.force is not None:
             felt.read(self.force, dynamics.load, direct(self.arm, q))
             self.force = None
-        elif motion.guarded:
+        elif motion.guarded and not felt.sensed:  # a reading that was lost is not made up for
             commanded = motion.commanded
             felt.guess(
                 self.torques,
@@ -139,6 +140,8 @@ class Supervisor(ControlCycle):
                 dynamics.M,
                 dynamics.g,
             )
+        if not motion.guarded:
+            force.guards.end()
         if force.close(motion.asked, q, self.errors, self.broadcast.in_force):
             motion.end_guarded()
         astray = force.comply.astray()

@@ -43,6 +43,7 @@ class RunResult(msgspec.Struct, frozen=True):
         lateness: histogram of late SYNCs (real time only).
         wall_s: wall-clock time of the enabled part, s.
         scene: what the arm met; None where nothing was there, or nobody here can tell.
+        reported: singularities met while the arm complied, in words, each once.
     """
 
     fault: str | None
@@ -60,6 +61,7 @@ class RunResult(msgspec.Struct, frozen=True):
     lateness: list[int]
     wall_s: float
     scene: SceneResult | None = None
+    reported: list[str] = []
 
     @property
     def cycles_per_s(self) -> float:

@@ -194,4 +194,5 @@ class Session:
             lateness=list(statistics.lateness),
             wall_s=self._wall_s,
             scene=self.rig.scene,
+            reported=list(supervisor.broadcast.math.complying.reported),
         )

@@ -6,9 +6,8 @@ from rfms_can.transform.differential import (
     Vector6,
     differential_operator,
     differential_transform,
-    small_motion,
 )
-from rfms_can.transform.drive import DriveTransform
+from rfms_can.transform.drive import DriveTransform, motion_of
 from rfms_can.transform.homogeneous import (
     RIGID_TOLERANCE,
     WIRE_ROTATION_TOLERANCE,
@@ -27,5 +26,5 @@ __all__ = [
     "Vector6",
     "differential_operator",
     "differential_transform",
-    "small_motion",
+    "motion_of",
 ]

@@ -46,17 +46,3 @@ def differential_operator(change: Vector6) -> Matrix4:
         (-ry, rx, 0.0, dz),
         (0.0, 0.0, 0.0, 0.0),
     )
-
-
-def small_motion(change: Transform) -> Vector6:
-    """How far a frame has gone from the identity: a translation and, to first order, a turn.
-
-    Returns:
-        (6,): m and rad, along and about the axes; what ``differential_operator`` is made of.
-    """
-    x, y, z = (
-        0.5 * (change.oz - change.ay),
-        0.5 * (change.ax - change.nz),
-        0.5 * (change.ny - change.ox),
-    )
-    return (change.px, change.py, change.pz, x, y, z)

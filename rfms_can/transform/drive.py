@@ -68,6 +68,12 @@ class DriveTransform:
         )
 
 
+def motion_of(change: Transform) -> tuple[float, float, float, float, float, float]:
+    """How far a frame has gone from the identity: translation, m, and rotation vector, rad (6)."""
+    psi, (x, y, z) = _angle_and_axis(change)
+    return (change.px, change.py, change.pz, psi * x, psi * y, psi * z)
+
+
 def _angle_and_axis(start: Transform) -> tuple[float, Vector3]:
     """Psi (3.33) and the axis; past 120 degrees from the symmetric part, where sin psi fades."""
     x, y, z = start.oz - start.ay, start.ax - start.nz, start.ny - start.ox

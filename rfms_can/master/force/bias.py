@@ -23,6 +23,8 @@ INTEGRAL_RATE: Final[Vector6] = (8.0, 8.0, 8.0, 2.0, 2.0, 2.0)
 the other."""
 INTEGRAL_LIMIT: Final[Vector6] = (60.0, 60.0, 60.0, 8.0, 8.0, 8.0)
 """Largest correction, N and N m: what friction may need."""
+BIAS_PART: Final = 0.8
+"""Part of a joint's torque limit that a bias force may take: gravity and friction need the rest."""
 SLEW_PART: Final = 0.007
 """Part of a joint's torque limit by which its bias may change, a cycle."""
 
@@ -39,10 +41,11 @@ class BiasForce:
         torque: what goes out, Nm (6).
     """
 
-    __slots__ = ("_closed", "_integral", "_limit", "_rate", "_slew", "torque")
+    __slots__ = ("_closed", "_integral", "_limit", "_most", "_rate", "_slew", "torque")
 
     def __init__(self, torque_limits: Sequence[float], period_s: float, closed: bool) -> None:
         self._slew = SLEW_PART * np.array(torque_limits)
+        self._most = BIAS_PART * np.array(torque_limits)
         self._rate = np.array(INTEGRAL_RATE) * period_s
         self._limit = np.array(INTEGRAL_LIMIT)
         self._closed = closed
@@ -74,13 +77,23 @@ class BiasForce:
             felt: what is, likewise; used if the loop is closed.
         """
         asked = np.asarray(force)
-        if self._closed:
-            missing = np.where(selection.mask, asked - np.asarray(felt), 0.0)
-            self._integral = np.clip(
-                self._integral + self._rate * missing, -self._limit, self._limit
-            )
-            asked = asked + PROPORTIONAL * missing + self._integral
-        self._towards(J.T @ np.where(selection.mask, asked, 0.0))
+        if not self._closed:
+            self._towards(self._within(J.T @ np.where(selection.mask, asked, 0.0)))
+            return
+        missing = np.where(selection.mask, asked - np.asarray(felt), 0.0)
+        before = self._integral
+        grown = np.clip(before + self._rate * missing, -self._limit, self._limit)
+        asked = asked + PROPORTIONAL * missing + grown
+        wanted = J.T @ np.where(selection.mask, asked, 0.0)
+        possible = self._within(wanted)
+        more = np.abs(grown) > np.abs(before)  # may not, while the joints give what they can
+        self._integral = grown if possible is wanted else np.where(more, before, grown)
+        self._towards(possible)
+
+    def _within(self, torque: Matrix) -> Matrix:
+        """The torque, all of it less by the same part where a joint cannot give it."""
+        beyond = float((np.abs(torque) / self._most).max())
+        return torque if beyond <= 1.0 else torque / beyond
 
     def relax(self) -> None:
         """One cycle without: the torque goes back to none."""

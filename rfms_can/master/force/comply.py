@@ -18,7 +18,7 @@ from rfms_can.compliance.selection import Selection
 from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
 from rfms_can.master.force.fade import Fade
 from rfms_can.messages import Vector6
-from rfms_can.transform import Transform, small_motion
+from rfms_can.transform import Transform, motion_of
 
 Matrix = npt.NDArray[np.float64]
 
@@ -65,6 +65,11 @@ class Comply:
         """Whether set-points are displaced."""
         return self.transform is not _IDENTITY
 
+    @property
+    def fading(self) -> bool:
+        """Whether the set-point is on its way back to the commanded trajectory."""
+        return self._fade is not None
+
     def take(self, errors: Sequence[float], J: Matrix, selection: Selection, E: Transform) -> None:
         """Add what the nodes ignore of their errors.
 
@@ -110,6 +115,8 @@ class Comply:
             self.displacement = self._fade.step()
             if self._fade.over:
                 self.reset()
+            else:
+                self.transform = self._left(theta)
             return self.displacement
         near = [t + d for t, d in zip(theta, self.displacement, strict=True)]
         pose = direct(self._arm, theta) @ self.transform
@@ -117,15 +124,20 @@ class Comply:
         self.displacement = tuple(a - b for a, b in zip(q, theta, strict=True))
         return self.displacement
 
+    def _left(self, theta: Joints) -> Transform:
+        """What is left of COMPLY on its way back: complying again goes on from there."""
+        q1, q2, q3, q4, q5, q6 = (t + d for t, d in zip(theta, self.displacement, strict=True))
+        displaced = direct(self._arm, (q1, q2, q3, q4, q5, q6))
+        return _rigid(direct(self._arm, theta).inverse() @ displaced)
+
     def amount(self, E: Transform) -> Vector6:
         """How far the compliance frame has been let go, along its own axes: m and rad (6)."""
-        return small_motion(E.inverse() @ self.transform @ E)
+        return motion_of(E.inverse() @ self.transform @ E)
 
     def astray(self) -> str | None:
         """Why it has gone too far, or None."""
-        gone = self.transform
-        distance = math.hypot(gone.px, gone.py, gone.pz)
-        turn = math.acos(max(-1.0, min(1.0, 0.5 * (gone.nx + gone.oy + gone.az - 1.0))))
+        x, y, z, rx, ry, rz = motion_of(self.transform)
+        distance, turn = math.hypot(x, y, z), math.hypot(rx, ry, rz)
         if distance <= FARTHEST and turn <= FARTHEST_TURN:
             return None
         return (

@@ -19,28 +19,25 @@ from rfms_can.compliance import (
     cartesian_part,
     compliance_jacobian,
 )
-from rfms_can.compliance.selection import DIRECTIONS
 from rfms_can.kinematics import Joints, direct, jacobian
 from rfms_can.master.force.bias import BiasForce
 from rfms_can.master.force.comply import Comply
 from rfms_can.master.force.felt import Felt
-from rfms_can.master.force.guards import Guards, reached_force
+from rfms_can.master.force.guards import Guards
+from rfms_can.master.force.refusal import too_strong, trips_at_once
 from rfms_can.master.force.specification import (
     NO_FORCE,
     RIGID,
     Compliance,
-    Guard,
     Specification,
 )
 from rfms_can.master.force.wrench import in_frame
 from rfms_can.master.math_processor import MathProcessor
 from rfms_can.messages import Vector6
-from rfms_can.transform import Transform, differential_transform
+from rfms_can.transform import Transform
 
 Matrix = npt.NDArray[np.float64]
 
-BIAS_PART: Final = 0.8
-"""Part of a joint's torque limit that a bias force may take: gravity and friction need the rest."""
 FADE_PART: Final = 0.2
 """Part of a joint's speed and acceleration limits that the way back from compliance may take."""
 
@@ -135,6 +132,8 @@ class ForceControl:
             return None
         began = self._asked is None or asked.sequence != self._asked.sequence
         self._asked = asked
+        if began and not asked.specification.guard.active:
+            self.felt.forget()
         if not began and self._is_idle(asked.specification, in_force):
             return None
         T6 = direct(self._arm, q)
@@ -142,7 +141,7 @@ class ForceControl:
         self._specify(asked.specification, frame)
         self.force = in_frame(self.felt.wrench, frame)
         J = compliance_jacobian(self._math.dynamics.J, frame)
-        if in_force.selection.size and self._law is not ControlLaw.POSITION:
+        if in_force.selection.size:
             there = compliance_jacobian(self._math.dynamics.J, in_force.frame)
             self.comply.take(errors, there, in_force.selection, in_force.frame)
         elif asked.specification.selection == RIGID:
@@ -151,8 +150,8 @@ class ForceControl:
         self.complied = self.comply.amount(frame)
         self._push(asked.specification, J, q, errors, frame)
         if began:
-            self.guards.begin(asked.specification.guard, T6 @ frame)
-        return self.guards.watch(asked.sequence, self.force, T6 @ frame)
+            self.guards.begin(asked.specification.guard, T6, frame)
+        return self.guards.watch(asked.sequence, self.force, T6)
 
     def refusal(self, asked: Asked, theta: Joints, rests: bool) -> str | None:
         """Why what a move asks for cannot be done, or None.
@@ -167,40 +166,9 @@ class ForceControl:
             return None
         frame = asked.frame(direct(self._arm, theta))
         at_T6 = np.array(jacobian(self._arm, theta))
-        J = compliance_jacobian(at_T6, frame)
-        return self._too_strong(J, specification.bias) or self._trips_at_once(
-            specification.guard, at_T6, frame, rests
-        )
-
-    def _too_strong(self, J: Matrix, bias: Vector6) -> str | None:
-        for joint, torque in enumerate((J.T @ np.array(bias)).tolist(), start=1):
-            limit = BIAS_PART * self._arm.drives[joint - 1].torque_limit
-            if abs(torque) > limit:
-                words = ", ".join(
-                    f"{name} {value:g}"
-                    for name, value in zip(DIRECTIONS, bias, strict=True)
-                    if value
-                )
-                return (
-                    f"the bias {words} takes {abs(torque):.1f} Nm of joint {joint}, which has "
-                    f"{limit:.1f} Nm for it: ask for {limit / abs(torque):.2g} of it or less"
-                )
-        return None
-
-    def _trips_at_once(self, guard: Guard, J: Matrix, frame: Transform, rests: bool) -> str | None:
-        if self.felt.sensed:
-            reached = reached_force(guard, in_frame(self.felt.wrench, frame)) if rests else None
-            return reached and f"its stop condition holds already: {reached}"
-        unsure = np.abs(
-            np.array(differential_transform(frame.inverse())).T
-        ) @ self.felt.uncertainty(J)
-        for name, bound, least in zip(DIRECTIONS, guard.force, unsure.tolist(), strict=True):
-            if 0.0 < bound < least:
-                return (
-                    f"stop on force {name} {bound:g}: without a wrist sensor friction hides up to "
-                    f"{least:.3g} there; give more, or run with a sensor"
-                )
-        return None
+        limits = [drive.torque_limit for drive in self._arm.drives]
+        reason = too_strong(compliance_jacobian(at_T6, frame), specification.bias, limits)
+        return reason or trips_at_once(specification.guard, self.felt, at_T6, frame, rests)
 
     def follow(self, theta: Joints) -> tuple[float, ...] | None:
         """Joint displacements beside the commanded ``theta`` (6, rad); None if there are none.

@@ -56,6 +56,12 @@ class Felt:
         self._sum[:] = 0.0
         self._left = TARE_CYCLES
 
+    def forget(self) -> None:
+        """A guess was for the move it was made in; readings go on."""
+        if not self.sensed:
+            self._guess[:] = 0.0
+            self.wrench = NO_FORCE
+
     @property
     def taring(self) -> bool:
         """Whether a tare is under way."""

@@ -1,14 +1,16 @@
 """Guarded moves: stop on force and stop on distance (stpsel and dissel of the thesis' MODE).
 
-A move is stopped where a force that it meets, or the way that its compliance frame has gone since
-the move took over, reaches what the mode says, in whichever sense. It then counts as over.
+A move is stopped where a force that it meets, or the way that the arm has gone since the move took
+over, reaches what the mode says, in whichever sense. It then counts as over. The way is that of
+what was in the compliance frame when the move took over, along and about the frame's axes then: a
+frame that stands in the world does not move itself.
 """
 
 from collections.abc import Sequence
 
 from rfms_can.compliance.selection import DIRECTIONS
 from rfms_can.master.force.specification import NO_FORCE, Guard
-from rfms_can.transform import Transform, small_motion
+from rfms_can.transform import Transform, motion_of
 
 DISTANCES = ("dx", "dy", "dz", "rx", "ry", "rz")
 """Words of distances along and about the axes of the compliance frame."""
@@ -21,7 +23,7 @@ class Guards:
         tripped: why the last guarded move was stopped, or None.
     """
 
-    __slots__ = ("_guard", "_origin", "tripped")
+    __slots__ = ("_frame", "_guard", "_origin", "tripped")
 
     def __init__(self) -> None:
         self.reset()
@@ -29,30 +31,35 @@ class Guards:
     def reset(self) -> None:
         """Nothing is guarded."""
         self._guard: Guard | None = None
-        self._origin = Transform.identity()
+        self._frame = self._origin = Transform.identity()
         self.tripped: str | None = None
 
-    def begin(self, guard: Guard, frame: Transform) -> None:
-        """A move takes over: its compliance frame is at ``frame`` in the base."""
+    def begin(self, guard: Guard, T6: Transform, frame: Transform) -> None:
+        """A move takes over, with the arm at ``T6``: its compliance frame is ``frame`` in T6."""
         self._guard = guard if guard.active else None
-        self._origin = frame.inverse()
+        self._frame, self._origin = frame, (T6 @ frame).inverse()
         if guard.active:
             self.tripped = None
 
-    def watch(self, sequence: int, force: Sequence[float], frame: Transform) -> str | None:
+    def end(self) -> None:
+        """The move is over: what is met from now on stops nothing."""
+        self._guard = None
+
+    def watch(self, sequence: int, force: Sequence[float], T6: Transform) -> str | None:
         """One cycle; why the move is to be stopped, or None.
 
         Args:
             sequence: of the move.
             force: felt in the compliance frame, N and N m.
-            frame: the compliance frame in the base.
+            T6: where the arm is.
         """
         guard = self._guard
         if guard is None:
             return None
         reason = reached_force(guard, force)
         if reason is None and guard.distance != NO_FORCE:
-            reason = _reached(guard.distance, small_motion(self._origin @ frame), DISTANCES, _WAYS)
+            gone = motion_of(self._origin @ T6 @ self._frame)
+            reason = _reached(guard.distance, gone, DISTANCES, _WAYS)
         if reason is not None:
             self._guard = None
             self.tripped = f"move {sequence}: {reason}"

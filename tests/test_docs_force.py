@@ -1,0 +1,45 @@
+"""docs/force.md: its numbers are the code's."""
+
+from pathlib import Path
+
+import pytest
+
+from rfms_can.compliance import ControlLaw
+from rfms_can.joint_nodes import friction, servo
+from rfms_can.master.force import bias, comply, control, felt
+from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.master.start_up.node_parameters import DITHER_PERIOD_S
+
+PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf-8").split())
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        f"μ = {COMPLIANT_DAMPING:g} 1/s",
+        f"1/μ = {1e3 / COMPLIANT_DAMPING:.0f} ms",
+        f"Beyond {comply.FARTHEST:g} m or {comply.FARTHEST_TURN:g} rad",
+        f"at most {bias.BIAS_PART:g} of a torque limit",
+        f"at most {100 * bias.SLEW_PART:g} % of it a cycle",
+        f"f + {bias.PROPORTIONAL:g} e + {bias.INTEGRAL_RATE:g} ∫e dt",
+        f"stops at {bias.INTEGRAL_LIMIT[0]:g} N or {bias.INTEGRAL_LIMIT[5]:g} N m",
+        f"the mean of {felt.TARE_CYCLES} readings",
+        f"beyond {friction.MOVING_CODES:g} ADC codes",
+        f"{100 * friction.COMPLYING_PART:g} % of the Coulomb part",
+        f"every {1e3 * DITHER_PERIOD_S:g} ms",
+        f"may use {servo.COMPLYING_INTEGRAL:g} of what",
+        f"at most {100 * friction.PASSAGE_PART:g} % of its limit a cycle",
+    ],
+)
+def test_a_number_is_the_codes(words: str) -> None:
+    assert words in PAGE
+
+
+def test_the_way_back_takes_a_fifth_of_the_joints_limits() -> None:
+    assert pytest.approx(0.2) == control.FADE_PART
+    assert "within a fifth of each joint's speed and acceleration limits" in PAGE
+
+
+def test_every_law_stands_in_the_table() -> None:
+    for law in ControlLaw:
+        assert f"| `{law.value}`" in PAGE
