@@ -18,9 +18,10 @@ from rfms_can.messages import Vector6
 Matrix = npt.NDArray[np.float64]
 
 PROPORTIONAL: Final = 0.1
-INTEGRAL_RATE: Final[Vector6] = (8.0, 8.0, 8.0, 2.0, 2.0, 2.0)
-"""k_i, 1/s. A moment vanishes as a block lies flat, and not before: with 8 it rocks from one edge to
-the other."""
+INTEGRAL_RATE: Final = 8.0
+"""k_i of forces, 1/s."""
+MOMENT_PART: Final = 0.25
+"""Part of it that moments have: with all of it a block on a wall rocks from one edge to another."""
 INTEGRAL_LIMIT: Final[Vector6] = (60.0, 60.0, 60.0, 8.0, 8.0, 8.0)
 """Largest correction, N and N m: what friction may need."""
 BIAS_PART: Final = 0.8
@@ -46,7 +47,7 @@ class BiasForce:
     def __init__(self, torque_limits: Sequence[float], period_s: float, closed: bool) -> None:
         self._slew = SLEW_PART * np.array(torque_limits)
         self._most = BIAS_PART * np.array(torque_limits)
-        self._rate = np.array(INTEGRAL_RATE) * period_s
+        self._rate = INTEGRAL_RATE * period_s * np.repeat((1.0, MOMENT_PART), 3)
         self._limit = np.array(INTEGRAL_LIMIT)
         self._closed = closed
         self.reset()
