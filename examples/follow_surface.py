@@ -67,9 +67,7 @@ def program(arm: Arm) -> None:
         interpolation="cartesian",
         stop_on_force={"fz": TOUCH if sensed else TOUCH_BLIND},
     )
-    settle = arm.mode(
-        "settle", segment_time=0.4, acceleration_time=0.1, interpolation="cartesian"
-    )
+    settle = arm.mode("settle", segment_time=0.4, acceleration_time=0.1, interpolation="cartesian")
     follow = arm.mode("follow", speed=SPEED, acceleration_time=0.1, interpolation="cartesian")
     leave = arm.mode("leave", speed=0.1, acceleration_time=0.1, interpolation="cartesian")
 

@@ -14,7 +14,7 @@ from rfms_can.joint_nodes.friction import (
     PASSAGE_PART,
     FrictionCompensation,
 )
-from rfms_can.master.start_up.node_parameters import DITHER_PERIODS_S, joint_parameters
+from rfms_can.master.start_up.node_parameters import joint_parameters
 from rfms_can.wire.vocabulary import Parameter
 
 DITHER_PERIOD_S = 0.032
