@@ -1,4 +1,4 @@
-"""The last of a peg's way into its hole: to the mouth, through the chamfer, 10 mm deep, out again."""
+"""The last of a peg's way into its hole: the mouth, the chamfer, 10 mm deep, and out again."""
 
 from example_run import example
 
