@@ -26,11 +26,11 @@ TOOL_CENTRE = (0.0, 0.0, 0.1044)
 
 LENGTH = 0.08
 """Way along each wall, m."""
-SPEED = 0.04
+SPEED = 0.025
 """Along the walls, m/s."""
 GAP = 0.005
 """From the wall where it feels its way to it, m; and how far it may be off along a wall, m."""
-FEEL_SPEED = 0.01
+FEEL_SPEED = 0.005
 """Towards a wall, m/s."""
 TOUCH = 15.0
 """Force that tells a wall, N."""

@@ -8,7 +8,7 @@ from rfms_can.compliance import ControlLaw
 from rfms_can.joint_nodes import friction, servo
 from rfms_can.master.force import bias, comply, control, felt
 from rfms_can.master.math_processor import COMPLIANT_DAMPING
-from rfms_can.master.start_up.node_parameters import DITHER_PERIOD_S
+from rfms_can.master.start_up.node_parameters import DITHER_PERIODS_S
 
 PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf-8").split())
 
@@ -26,7 +26,7 @@ PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf
         f"the mean of {felt.TARE_CYCLES} readings",
         f"beyond {friction.MOVING_CODES:g} ADC codes",
         f"{100 * friction.COMPLYING_PART:g} % of the Coulomb part",
-        f"every {1e3 * DITHER_PERIOD_S:g} ms",
+        f"every {1e3 * min(DITHER_PERIODS_S):g} to {1e3 * max(DITHER_PERIODS_S):g} ms",
         f"may use {servo.COMPLYING_INTEGRAL:g} of what",
         f"at most {100 * friction.PASSAGE_PART:g} % of its limit a cycle",
     ],

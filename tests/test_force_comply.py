@@ -53,7 +53,7 @@ def angles(q: Sequence[float]) -> tuple[float, float, float, float, float, float
 def test_an_arm_pushed_where_it_complies_is_followed_by_its_set_point() -> None:
     """The thesis leaves the sign open. The arm is where it was pushed to, beside its set-point."""
     pushed = 0.004 * np.linalg.solve(frame_jacobian(Q, TOOL), [1.0, 0, 0, 0, 0, 0])
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     J = frame_jacobian((np.array(Q) + pushed).tolist(), TOOL)
     comply.take((-pushed).tolist(), J, Selection.parse("fx"), TOOL)  # set-point less encoder
     assert comply.follow(Q) == pytest.approx(pushed.tolist(), rel=0.03, abs=1e-3)
@@ -62,7 +62,7 @@ def test_an_arm_pushed_where_it_complies_is_followed_by_its_set_point() -> None:
 
 def test_an_arm_pushed_where_it_is_rigid_is_not_followed() -> None:
     pushed = 0.004 * np.linalg.solve(frame_jacobian(Q, TOOL), [0.0, 1.0, 0, 0, 0, 0])
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     comply.take((-pushed).tolist(), frame_jacobian(Q, TOOL), Selection.parse("fx rz"), TOOL)
     assert comply.follow(Q) == pytest.approx((0.0,) * 6, abs=1e-9)
 
@@ -70,7 +70,7 @@ def test_an_arm_pushed_where_it_is_rigid_is_not_followed() -> None:
 def test_the_set_point_comes_to_the_arm_and_stays_there() -> None:
     """Errors taken again and again, as cycles do: nothing is left of them, nothing is added."""
     pushed = np.array([0.02, -0.015, 0.03, -0.02, 0.025, 0.03])
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     actual = np.array(Q) + pushed
     J = frame_jacobian(actual.tolist(), TOOL)
     for _ in range(8):
@@ -88,7 +88,7 @@ def test_what_is_added_is_the_exponential_of_delta_with_0_in_its_corner(
 ) -> None:
     """(2.16) prints a 1 there; COMPLY (I + Delta) would then lose its rotation."""
     selection = Selection.of(bool(bits >> i & 1) for i in range(6))
-    comply, J = Comply(PUMA_260), frame_jacobian(Q, TOOL)
+    comply, J = Comply(PUMA_260, math.inf), frame_jacobian(Q, TOOL)
     expected = np.eye(4)
     E = four(TOOL)
     for _ in range(3):
@@ -102,7 +102,7 @@ def test_what_is_added_is_the_exponential_of_delta_with_0_in_its_corner(
 
 
 def test_a_hundred_thousand_steps_leave_it_a_rotation() -> None:
-    comply, J = Comply(PUMA_260), frame_jacobian(Q, TOOL)
+    comply, J = Comply(PUMA_260, math.inf), frame_jacobian(Q, TOOL)
     rng = np.random.default_rng(1)
     for step in rng.normal(scale=1e-3, size=(100_000, 6)).tolist():
         comply.take(step, J, ALL, TOOL)
@@ -115,7 +115,7 @@ def test_inverse_and_direct_kinematics_meet(
     shift: tuple[float, ...], turn: tuple[float, ...]
 ) -> None:
     """Joint displacements on the wire put T6 where COMPLY says: T6 = T_cmd X."""
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     comply.transform = Transform.translation(*shift) @ Transform.rpy(*turn)
     moved = [a + b for a, b in zip(Q, comply.follow(Q), strict=True)]
     assert direct(PUMA_260, angles(moved)) == pytest.approx(
@@ -124,7 +124,7 @@ def test_inverse_and_direct_kinematics_meet(
 
 
 def test_along_a_commanded_way_the_tool_keeps_what_it_was_let_go_by() -> None:
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     comply.transform = Transform.translation(0.01, 0.0, -0.02) @ Transform.rpy(0.05, 0.1, 0.0)
     before = np.array(comply.follow(Q))
     for k in range(1, 50):
@@ -144,7 +144,7 @@ def test_it_is_told_along_the_axes_of_any_compliance_frame(
     shift: tuple[float, ...], turn: tuple[float, ...]
 ) -> None:
     """How the frame itself moves, seen from where it was, against COMPLY seen from T6."""
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     moved = Transform.translation(*shift) @ Transform.rotation((1.0, 2.0, -1.0), turn[0])
     comply.transform = TOOL @ moved @ TOOL.inverse()
     x, y, z, rx, ry, rz = comply.amount(TOOL)
@@ -154,7 +154,7 @@ def test_it_is_told_along_the_axes_of_any_compliance_frame(
 
 
 def test_a_pose_that_cannot_be_reached_is_told_by_name() -> None:
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     comply.transform = Transform.translation(0.0, 0.0, 0.9)
     with pytest.raises(KinematicsError, match=r"puma260: .*too_far"):
         comply.follow(Q)
@@ -168,7 +168,7 @@ def test_a_pose_that_cannot_be_reached_is_told_by_name() -> None:
     ],
 )
 def test_gone_too_far_is_said_with_the_bound_and_a_way_out(gone: Transform, words: str) -> None:
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     comply.transform = gone
     assert comply.astray() is not None
     with pytest.raises(AssertionError, match=words + r", 0\.2 m and 0\.6 rad at most: comply only"):
@@ -217,7 +217,7 @@ def let_go(comply: Comply, theta: Sequence[float] = Q) -> tuple[float, ...]:
 
 
 def test_faded_it_is_gone() -> None:
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     let_go(comply)
     comply.fade(LIMITS, 10)
     comply.fade(LIMITS, 10)  # asked for every cycle: it began with the first
@@ -232,7 +232,7 @@ def test_faded_it_is_gone() -> None:
 
 def test_on_its_way_back_it_is_what_is_left() -> None:
     """Transform and joint displacement say the same, also in the middle of a fade."""
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     let_go(comply)
     comply.fade(LIMITS, 20)
     theta = Q
@@ -247,7 +247,7 @@ def test_on_its_way_back_it_is_what_is_left() -> None:
 
 
 def test_complying_again_on_the_way_back_goes_on_from_there() -> None:
-    comply = Comply(PUMA_260)
+    comply = Comply(PUMA_260, math.inf)
     first = np.array(let_go(comply))
     comply.fade(LIMITS, 40)
     for _ in range(20):
@@ -259,7 +259,7 @@ def test_complying_again_on_the_way_back_goes_on_from_there() -> None:
 
 
 def test_an_arm_that_was_not_let_go_has_no_way_back() -> None:
-    comply = Comply(PUMA_560)
+    comply = Comply(PUMA_560, math.inf)
     comply.fade(LIMITS, 10)
     assert not comply.active
     assert comply.follow(Q) == (0.0,) * 6

@@ -147,7 +147,7 @@ def peg(law: str, seed: int) -> Insertion:
 def test_a_peg_goes_in_open_loop_with_half_the_force_of_position_control(seed: int) -> None:
     complying, rigid = peg("weighted", seed), peg("position", seed)
     assert complying.inserted, complying.why
-    assert complying.lateral_peak < 30.0
+    assert complying.lateral_peak < 40.0
     assert complying.lateral_mean < 0.5 * rigid.lateral_mean
 
 

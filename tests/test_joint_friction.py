@@ -14,9 +14,10 @@ from rfms_can.joint_nodes.friction import (
     PASSAGE_PART,
     FrictionCompensation,
 )
-from rfms_can.master.start_up.node_parameters import DITHER_PERIOD_S, joint_parameters
+from rfms_can.master.start_up.node_parameters import joint_parameters
 from rfms_can.wire.vocabulary import Parameter
 
+DITHER_PERIOD_S = 0.032
 POSITIVE, NEGATIVE, VISCOUS, LIMIT = 2.0, 3.0, 0.5, 50.0
 MOVING = 0.003
 """Speed from which it counts as moving, rad/s."""
@@ -32,6 +33,8 @@ def compensation(dither: float = 0.0, period: float = 0.004) -> FrictionCompensa
             Parameter.FRICTION_SPEED: 2e-4,
             Parameter.PERIOD: period,
             Parameter.TORQUE_LIMIT: LIMIT,
+            Parameter.NATURAL_FREQUENCY: 0.0,
+            Parameter.COUNTS_PER_UNIT: 1.0,
             Parameter.RATE_PER_CODE: -MOVING / MOVING_CODES,  # a motor that turns against it
             Parameter.DITHER_PART: dither,
             Parameter.DITHER_PERIOD: DITHER_PERIOD_S,
@@ -43,7 +46,7 @@ def settled(
     friction: FrictionCompensation, desired: float, measured: float, push: float = 0.0
 ) -> float:
     """Torque once compliance has begun."""
-    for _ in range(20):
+    for _ in range(120):
         torque = friction.complying(desired, measured, push, 0)
     return torque
 

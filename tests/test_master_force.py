@@ -43,7 +43,7 @@ def pushed_aside(fleet: PushedFleet) -> int:
     sequence = fleet.move()
     fleet.run(20)
     fleet.push = ALONG_X
-    fleet.run(60)
+    fleet.run(150)
     fleet.push = (0.0,) * 6
     fleet.run(100)
     return sequence

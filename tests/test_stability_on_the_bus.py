@@ -60,7 +60,7 @@ def test_a_peg_that_complies_in_the_air_comes_to_rest(wire: Wire, arm: str, leng
     late, later = speeds[250:375].max(), speeds[375:].max()
     # what complies has no stiffness: half a code of the DAC is enough to let it creep
     assert later < 6e-3
-    assert later < 1.2 * late + 1e-4
+    assert later < 1.5 * late + 1e-3
     J = compliance_jacobian(np.array(jacobian(fleet.master.arm, at[-1])), TOOL_OF[length])
     errors = np.array(fleet.master.errors)
     rigid = ~Selection.parse(WORD).mask

@@ -3,6 +3,7 @@
 import json
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 from system_run import ROOT, SHORT
@@ -17,11 +18,23 @@ from rfms_can.wire import Wire
 VCAN = "socketcan:vcan0"
 CONVEYOR = ROOT / "examples" / "conveyor.py"
 """A program that is part of the clock: what its camera sees depends on the arm's time."""
+PEG = Path(__file__).with_name("short_peg.py")
+"""Force control: COMPLY, BIAS and FORCE, rows that comply, contact in the plant."""
+IN_A_HOLE: dict[str, Any] = {
+    "arm": "puma560",
+    "scene": "peg:x_mm=0.8,tilt_y_deg=0.4",
+    "friction": "thesis",
+    "dither": 0.9,
+    "sensor": "good",
+}
 
 
-def cycles(directory: Path, bus: str, seed: int = 1, program: Path = SHORT) -> list[Cycle]:
+def cycles(
+    directory: Path, bus: str, seed: int = 1, program: Path = SHORT, **settings: Any
+) -> list[Cycle]:
     """Cycles of a recorded run of a program, which ends well."""
-    outcome = execute(load_program(program), RunSettings(bus=bus, seed=seed), record=directory)
+    made = RunSettings(bus=bus, seed=seed, **settings)
+    outcome = execute(load_program(program), made, record=directory)
     assert outcome.fault is None
     assert outcome.result.incomplete == 0
     summary = json.loads((directory / "summary.json").read_text())
@@ -32,7 +45,7 @@ def cycles(directory: Path, bus: str, seed: int = 1, program: Path = SHORT) -> l
 
 @cache
 def on_the_simulated_bus(directory: Path, program: Path = SHORT) -> list[Cycle]:
-    return cycles(directory, "sim", program=program)
+    return cycles(directory, "sim", program=program, **(IN_A_HOLE if program == PEG else {}))
 
 
 @pytest.fixture
@@ -43,6 +56,11 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> list[Cycle]:
 @pytest.fixture
 def simulated_conveyor(tmp_path_factory: pytest.TempPathFactory) -> list[Cycle]:
     return on_the_simulated_bus(tmp_path_factory.getbasetemp() / "conveyor", CONVEYOR)
+
+
+@pytest.fixture
+def simulated_peg(tmp_path_factory: pytest.TempPathFactory) -> list[Cycle]:
+    return on_the_simulated_bus(tmp_path_factory.getbasetemp() / "peg", PEG)
 
 
 def assert_same(found: list[Cycle], expected: list[Cycle]) -> None:
@@ -107,3 +125,26 @@ def test_a_camera_and_a_belt_are_the_same_on_vcan0(
     simulated_conveyor: list[Cycle], tmp_path: Path
 ) -> None:
     assert_same(cycles(tmp_path, VCAN, program=CONVEYOR), simulated_conveyor)
+
+
+@pytest.mark.system
+def test_the_peg_has_what_force_control_sends(simulated_peg: list[Cycle]) -> None:
+    wire = Wire()
+    sent = [identifier for cycle in simulated_peg for identifier, _ in cycle]
+    for name in ("COMPLY", "BIAS", "FORCE"):
+        assert sent.count(wire.codecs[name].id) > 200
+    assert len(simulated_peg) < 1700
+
+
+@pytest.mark.processes
+def test_a_peg_goes_in_the_same_on_the_hub(
+    simulated_peg: list[Cycle], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    found = cycles(tmp_path / "hub", "hub:peg", program=PEG, **IN_A_HOLE)
+    assert_same(found, simulated_peg)
+
+
+@pytest.mark.vcan
+def test_a_peg_goes_in_the_same_on_vcan0(simulated_peg: list[Cycle], tmp_path: Path) -> None:
+    assert_same(cycles(tmp_path, VCAN, program=PEG, **IN_A_HOLE), simulated_peg)

@@ -19,10 +19,15 @@ COMPLYING_PART: Final = 0.98
 """Part of the friction that is compensated while the joint complies: more than there is would drive
 it on by itself. What is left holds a joint back that a commanded motion shall take along: the
 damping of the compliant directions, which does that, must be stronger."""
-PASSAGE_PART: Final = 0.01
+PASSAGE_PART: Final = 0.006
 """Part of the torque limit by which torque may step, a cycle, where what complies changes."""
+PASSAGE_S: Final = 0.1
+"""Time, s, for which its friction compensation does so at least."""
 MOVING_CODES: Final = 1.5
 """Velocity ADC codes from which a complying joint counts as moving."""
+PUSHING_COUNTS: Final = 4.0
+"""Encoder counts of error for which a complying joint that rests has its friction compensated in
+full: one count more or less must not turn it."""
 
 
 class FrictionCompensation:
@@ -42,8 +47,10 @@ class FrictionCompensation:
         "_half_wave",
         "_moving",
         "_negative",
+        "_passage",
         "_passing",
         "_positive",
+        "_pushing",
         "_reversal",
         "_rubs",
         "_step",
@@ -60,8 +67,11 @@ class FrictionCompensation:
         self._viscous = p[Parameter.VISCOUS]
         self._still = p[Parameter.FRICTION_SPEED]
         self._reversal = (self._positive + self._negative) * p[Parameter.PERIOD] / REVERSAL_S
+        self._passage = round(PASSAGE_S / p[Parameter.PERIOD])
         self._step = PASSAGE_PART * p[Parameter.TORQUE_LIMIT]
         self._moving = MOVING_CODES * abs(p[Parameter.RATE_PER_CODE])
+        natural, counts = p[Parameter.NATURAL_FREQUENCY], abs(p[Parameter.COUNTS_PER_UNIT])
+        self._pushing = PUSHING_COUNTS * natural / counts if counts else 0.0
         self._dither = p[Parameter.DITHER_PART]
         halves = 2.0 * p[Parameter.PERIOD]
         self._half_wave = max(1, round(p[Parameter.DITHER_PERIOD] / halves))
@@ -71,7 +81,8 @@ class FrictionCompensation:
     def reset(self) -> None:
         """Forget the direction of the last motion."""
         self._coulomb = self._rubs = 0.0
-        self._complies = self._passing = False
+        self._complies = False
+        self._passing = 0  # cycles of small steps that are left
         self.resting = True
 
     def rigid(self, speed: float) -> float:
@@ -81,7 +92,8 @@ class FrictionCompensation:
         stops a little short then still has its friction overcome in the direction it came from
         and creeps home, instead of sticking until the integral has grown to the stiction.
         """
-        self._passing |= self._complies
+        if self._complies:
+            self._passing = self._passage
         self._complies = self.resting = False
         coulomb = max(-self._negative, min(self._positive, self._coulomb))
         if speed > self._still:
@@ -104,10 +116,12 @@ class FrictionCompensation:
         moving = self._moving
         rests = -moving < measured < moving
         speed = desired + push if rests else measured
-        self._passing |= not self._complies
+        if not self._complies:
+            self._passing = self._passage
         self._complies = True
         self.resting = False  # no integral to be kept back
-        part = max(-1.0, min(1.0, speed / moving)) if moving else (speed > 0.0) - (speed < 0.0)
+        full = max(moving, self._pushing) if rests else moving
+        part = max(-1.0, min(1.0, speed / full)) if moving else (speed > 0.0) - (speed < 0.0)
         size = self._positive if part > 0.0 else self._negative
         torque = self._go_to(COMPLYING_PART * size * part, self._viscous * speed)
         if self._dither and rests and not self._passing:
@@ -123,9 +137,9 @@ class FrictionCompensation:
         """
         if self._passing:
             change = coulomb + rubs - self._coulomb - self._rubs
-            if -self._step < change < self._step:
-                self._passing = False
-            else:
+            there = -self._step < change < self._step
+            self._passing = max(self._passing - 1, 0 if there else 1)
+            if not there:
                 step = self._step if change > 0.0 else -self._step
                 coulomb = self._coulomb + self._rubs + step - rubs
         self._coulomb, self._rubs = coulomb, rubs

@@ -16,8 +16,11 @@ from rfms_can.wire.vocabulary import Law, Parameter
 
 DAC_MIN: Final = -2048
 DAC_MAX: Final = 2047
-OTHERS_BAND: Final = 3.0
-"""Dead band of the other joints' integrals over that of the own: their encoders may be coarser."""
+COMPLYING_BAND: Final = 2.5e-4
+"""Dead band of all integrals while the arm complies, rad: 1.5 counts of the coarsest encoder. The
+same at all joints: nodes that integrate different errors push into directions that comply."""
+COMPLYING_SUM: Final = 2e-3
+"""Bound of an error's integral then, rad s; for the same reason."""
 COMPLYING_INTEGRAL: Final = 0.3
 """Part of its limit the integral may use while the arm complies: what is blocked is to wait, and
 not to jump when it comes free."""
@@ -42,6 +45,7 @@ class Servo:
 
     __slots__ = (
         "_band",
+        "_complies",
         "_damping",
         "_index",
         "_inertia",
@@ -50,6 +54,7 @@ class Servo:
         "_ki_period",
         "_kp",
         "_last",
+        "_most",
         "_natural",
         "_passage",
         "_specification",
@@ -73,6 +78,7 @@ class Servo:
         self._kd = p[Parameter.KD]
         self._integral_limit = p[Parameter.INTEGRAL_LIMIT]
         self._band = p[Parameter.INTEGRAL_DEADBAND]
+        self._most = COMPLYING_SUM * p[Parameter.KI]
         natural = p[Parameter.NATURAL_FREQUENCY]
         self._stiffness = natural * natural
         self._damping = 2.0 * p[Parameter.DAMPING_RATIO] * natural
@@ -89,6 +95,7 @@ class Servo:
         """Forget the integral and the direction of the last motion."""
         self.integral = 0.0
         self._sums = [0.0] * 6
+        self._complies = False
         self.push = 0.0
         self.saturated = False
         self._passage = self._last = 0.0
@@ -153,7 +160,8 @@ class Servo:
     def _integrate_own(self, error: float, others: float) -> float:
         """Integral torque of a rigid joint: of its own error, under either law."""
         index, sums = self._index, self._sums
-        self._sum_up(index, error, others + sums[index], 1.0, self._band)
+        self._complies = False
+        self._sum_up(index, error, others + sums[index], 1.0, self._band, self._integral_limit)
         own = self.integral = sums[index]
         sums[:] = _NOTHING
         sums[index] = own
@@ -167,10 +175,13 @@ class Servo:
         So what the integral holds is split by the same row as the errors are: nothing is left in
         a direction that complies. Each is kept in the torque it would make of an own error.
         """
-        sums, total = self._sums, others + self.integral
+        sums = self._sums
+        if not self._complies:  # what it held as a rigid joint, the others do not know
+            self._complies = True
+            sums[:], self.integral = _NOTHING, 0.0
+        total = others + self.integral
         for j, error in enumerate(errors):
-            band = self._band if j == self._index else OTHERS_BAND * self._band
-            self._sum_up(j, error, total, row[j], band)
+            self._sum_up(j, error, total, row[j], COMPLYING_BAND, self._most)
         s1, s2, s3, s4, s5, s6 = sums
         r1, r2, r3, r4, r5, r6 = row
         integral = r1 * s1 + r2 * s2 + r3 * s3 + r4 * s4 + r5 * s5 + r6 * s6
@@ -184,7 +195,9 @@ class Servo:
         self.integral = integral
         return integral
 
-    def _sum_up(self, j: int, error: float, total: float, share: float, band: float) -> None:
+    def _sum_up(
+        self, j: int, error: float, total: float, share: float, band: float, bound: float
+    ) -> None:
         """One step of one integral, frozen in the dead band and against a clamped torque.
 
         A joint that rests beyond its goal is held there by friction and by its own compensation
@@ -196,7 +209,6 @@ class Servo:
             return
         if abs(total) >= self.torque_limit and total * share * error > 0.0:
             return
-        bound = self._integral_limit
         step = self._sums[j] + self._ki_period * error
         self._sums[j] = bound if step > bound else -bound if step < -bound else step
 

@@ -17,9 +17,10 @@ from rfms_can.wire.vocabulary import Law
 RowValues = tuple[float, ...]
 """Values of one ROWS frame, in the order of the wire's record."""
 
-COMPLIANT_DAMPING: Final = 12.0
+COMPLIANT_DAMPING: Final = 30.0
 """mu, 1/s: damping of the compliant directions against the commanded motion. What moves by itself
-stops within a quarter of a second; a push of 30 N sends a tip of 5 kg off at 0.5 m/s at most."""
+stops within a tenth of a second; a push of 30 N sends a tip of 5 kg off at 0.2 m/s. With a third of
+it what friction is left lets a peg lean while it goes down, until it touches its hole twice."""
 _IDENTITY: Final = [[float(i == j) for j in JOINTS] for i in JOINTS]
 
 

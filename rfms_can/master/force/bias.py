@@ -19,12 +19,14 @@ Matrix = npt.NDArray[np.float64]
 
 PROPORTIONAL: Final = 0.1
 INTEGRAL_RATE: Final = 8.0
-"""k_i, 1/s."""
+"""k_i of forces, 1/s."""
+MOMENT_PART: Final = 0.25
+"""Part of it that moments have: with all of it a block on a wall rocks from one edge to another."""
 INTEGRAL_LIMIT: Final[Vector6] = (60.0, 60.0, 60.0, 8.0, 8.0, 8.0)
 """Largest correction, N and N m: what friction may need."""
 BIAS_PART: Final = 0.8
 """Part of a joint's torque limit that a bias force may take: gravity and friction need the rest."""
-SLEW_PART: Final = 0.01
+SLEW_PART: Final = 0.007
 """Part of a joint's torque limit by which its bias may change, a cycle."""
 
 
@@ -45,7 +47,7 @@ class BiasForce:
     def __init__(self, torque_limits: Sequence[float], period_s: float, closed: bool) -> None:
         self._slew = SLEW_PART * np.array(torque_limits)
         self._most = BIAS_PART * np.array(torque_limits)
-        self._rate = INTEGRAL_RATE * period_s
+        self._rate = INTEGRAL_RATE * period_s * np.repeat((1.0, MOMENT_PART), 3)
         self._limit = np.array(INTEGRAL_LIMIT)
         self._closed = closed
         self.reset()

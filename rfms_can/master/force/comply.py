@@ -26,21 +26,31 @@ FARTHEST: Final = 0.2
 """Displacement, m, at which compliance has gone astray."""
 FARTHEST_TURN: Final = 0.6
 """The same, rad."""
+FASTEST: Final = 0.25
+"""Speed, m/s, at which set-points go where compliance has let the arm go to, at most."""
+FASTEST_TURN: Final = 1.25
+"""The same, rad/s."""
 _IDENTITY: Final = Transform.identity()
 
 
 class Comply:
     """COMPLY of one arm, and the joint displacements that it means.
 
+    Args:
+        arm: the arm.
+        period_s: control period, s.
+
     Attributes:
         transform: COMPLY, seen from T6: the displaced T6 is the commanded one times this.
         displacement: what it makes of the joint angles, rad (6), at the last set-point.
     """
 
-    __slots__ = ("_arm", "_fade", "_solve", "displacement", "transform")
+    __slots__ = ("_arm", "_fade", "_most", "_most_turn", "_solve", "displacement", "transform")
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Arm, period_s: float) -> None:
         self._arm = arm
+        self._most = FASTEST * period_s
+        self._most_turn = FASTEST_TURN * period_s
         self._solve = InverseKinematics(arm).solve
         self.reset()
 
@@ -63,6 +73,9 @@ class Comply:
     def take(self, errors: Sequence[float], J: Matrix, selection: Selection, E: Transform) -> None:
         """Add what the nodes ignore of their errors.
 
+        Where compliance begins under load all of an error is ignored at once. A set-point must not
+        jump there; what is left of it goes on being ignored, and is taken in the next cycles.
+
         Args:
             errors: the six joint errors, rad: set-point less encoder.
             J: (6, 6), Jacobian of the compliance frame.
@@ -72,10 +85,12 @@ class Comply:
         if self._fade is not None:
             self._fade = None  # complies again before it was back: go on from here
         dx, dy, dz, rx, ry, rz = np.where(selection.mask, -(J @ errors), 0.0).tolist()
-        angle = math.sqrt(rx * rx + ry * ry + rz * rz)
-        step = Transform.translation(dx, dy, dz)
+        distance, angle = math.hypot(dx, dy, dz), math.hypot(rx, ry, rz)
+        part = 1.0 / max(1.0, distance / self._most, angle / self._most_turn)
+        step = Transform.translation(part * dx, part * dy, part * dz)
         if angle > 0.0:
-            step = step @ Transform.rotation((rx / angle, ry / angle, rz / angle), angle)
+            axis = (rx / angle, ry / angle, rz / angle)
+            step = step @ Transform.rotation(axis, part * angle)
         self.transform = _rigid(self.transform @ E @ step @ E.inverse())
 
     def fade(self, limits: Sequence[tuple[float, float]], least: int) -> None:

@@ -96,7 +96,7 @@ class ForceControl:
             for speed, acceleration in zip(arm.speed_limits, arm.acceleration_limits, strict=True)
         )
         limits = [drive.torque_limit for drive in arm.drives]
-        self.comply = Comply(arm)
+        self.comply = Comply(arm, period_s)
         self.felt = Felt(friction_set(arm, settings.friction), period_s)
         self.guards = Guards()
         self._bias = BiasForce(limits, period_s, settings.closed)

@@ -33,8 +33,10 @@ FRICTION_SPEED: Final = 2e-4
 """Desired speed, rad/s, up to which a joint counts as resting: friction keeps its last sign."""
 HOMING_PART: Final = 0.2
 """Homing speed over the joint's speed limit."""
-DITHER_PERIOD_S: Final = 0.032
-"""Of the dither, s: eight cycles at 250 Hz; a joint it frees moves a fraction of a millimetre."""
+DITHER_PERIODS_S: Final = (0.016, 0.024, 0.040, 0.024, 0.016, 0.040)
+"""Of the dither, s, joint by joint: four to ten cycles at 250 Hz; a joint it frees moves a fraction
+of a millimetre. They differ, so that each pair of joints is free to move the same way and opposite
+ways in turn: with one period for all a peg can not turn in its hole, which takes both."""
 STOPPING_PART: Final = 0.5
 """Deceleration of a controlled stop over the joint's acceleration limit."""
 
@@ -89,7 +91,7 @@ def joint_parameters(
             Parameter.INDEX_INTERVAL_COUNTS: float(drive.counts_per_revolution),
             Parameter.HOMING_SPEED: HOMING_PART * arm.speed_limits[i],
             Parameter.DITHER_PART: dither,
-            Parameter.DITHER_PERIOD: DITHER_PERIOD_S,
+            Parameter.DITHER_PERIOD: DITHER_PERIODS_S[i],
             Parameter.TORQUE_PER_FORCE_CODE: scale.torque_per_force_code,
         }
     return result
