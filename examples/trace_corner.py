@@ -36,8 +36,8 @@ TOUCH = 15.0
 """Force that tells a wall, N."""
 FORCE = 20.0
 """Against the wall, N."""
-SETTLE = 0.5
-"""To let it turn the block square, s."""
+SETTLE = 0.25
+"""From a touch until it goes on, s: the wall turns the block square."""
 
 
 def program(arm: Arm) -> None:
@@ -83,14 +83,14 @@ def program(arm: Arm) -> None:
     feel(arm, into_a, feel_ab)
 
     arm.comply("fy rx rz", FORCE, 0.0, 0.0)  # AB
-    arm.wait(arm.move(at_a, settle))
-    arm.wait(arm.move(before_b, trace))
+    arm.move(at_a, settle)
+    arm.move(before_b, trace)
     feel(arm, beyond_b, feel_bc)
 
     arm.lock("fy rx")
     arm.comply("fx ry rz", -FORCE, 0.0, 0.0)  # BC: its wall lies along -x of the hand
-    arm.wait(arm.move(at_b, settle))
-    arm.wait(arm.move(at_c, trace))
+    arm.move(at_b, settle)
+    arm.move(at_c, trace)
 
     arm.lock("fx ry rz")
     arm.wait(arm.move(away, leave))

@@ -16,6 +16,7 @@ from rfms_can.master.force.bias import (
     BIAS_PART,
     INTEGRAL_LIMIT,
     INTEGRAL_RATE,
+    PASSAGE_S,
     PROPORTIONAL,
     SLEW_PART,
     BiasForce,
@@ -167,17 +168,17 @@ def largest_rate(delay: int) -> float:
     return low
 
 
-def test_the_gains_leave_the_loop_a_margin_of_19_at_three_periods_of_delay() -> None:
+def test_the_gains_leave_the_loop_a_margin_of_9_at_three_periods_of_delay() -> None:
     assert growth(PROPORTIONAL, INTEGRAL_RATE, 3) < 1.0
-    assert largest_rate(3) / INTEGRAL_RATE == pytest.approx(19.7, abs=0.05)
-    assert largest_rate(12) / INTEGRAL_RATE > 3.0  # a bus four times as late
+    assert largest_rate(3) / INTEGRAL_RATE == pytest.approx(9.84, abs=0.05)
+    assert largest_rate(12) / INTEGRAL_RATE > 2.0  # a bus four times as late
 
 
 def test_the_loop_decays_as_its_poles_say() -> None:
     """The other way to the same number: the object itself on the plant."""
     bias, contact = BiasForce([1e6] * 6, T, closed=True), Contact((1.0,) * 6)
-    missing = np.array(FORCE) - run(bias, contact, FORCE, 400)
-    decay = (missing[350, 2] / missing[250, 2]) ** 0.01
+    missing = np.array(FORCE) - run(bias, contact, FORCE, 200)
+    decay = (missing[150, 2] / missing[100, 2]) ** 0.02
     assert decay == pytest.approx(growth(PROPORTIONAL, INTEGRAL_RATE, 3), abs=1e-6)
 
 
@@ -242,8 +243,20 @@ def test_another_specification_begins_without_the_integral_of_the_last() -> None
     assert bias.torque.tolist() == pytest.approx((J.T @ FORCE).tolist())
 
 
+def test_the_loop_closes_when_what_the_joints_pressed_with_has_gone_out() -> None:
+    """Or the integral would answer it, and miss it a moment later: the tool left the wall."""
+    bias, J, twice = BiasForce([1e6] * 6, T, closed=True), at(), tuple(2.0 * f for f in FORCE)
+    bias.begin()
+    for _ in range(round(PASSAGE_S / T)):
+        bias.push(J, ALL, FORCE, twice)
+    assert bias.torque.tolist() == pytest.approx((J.T @ FORCE).tolist())
+    for _ in range(50):
+        bias.push(J, ALL, FORCE, twice)
+    assert np.linalg.solve(J.T, bias.torque)[2] < FORCE[2]
+
+
 def test_the_integrals_rate_does_not_depend_on_the_control_rate() -> None:
-    seconds = 0.2
+    seconds = 0.12
     reached = []
     for period in (0.002, 0.004, 0.008):
         bias = BiasForce([1e6] * 6, period, closed=True)

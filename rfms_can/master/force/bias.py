@@ -18,12 +18,15 @@ from rfms_can.messages import Vector6
 Matrix = npt.NDArray[np.float64]
 
 PROPORTIONAL: Final = 0.1
-INTEGRAL_RATE: Final = 8.0
+INTEGRAL_RATE: Final = 16.0
 """k_i of forces, 1/s."""
 MOMENT_PART: Final = 0.25
 """Part of it that moments have: with all of it a block on a wall rocks from one edge to another."""
 INTEGRAL_LIMIT: Final[Vector6] = (60.0, 60.0, 60.0, 8.0, 8.0, 8.0)
 """Largest correction, N and N m: what friction may need."""
+PASSAGE_S: Final = 0.1
+"""Time, s, from a change of what complies until the loop closes: what the joints pressed with while
+they were rigid goes out first, and the integral would answer it."""
 BIAS_PART: Final = 0.8
 """Part of a joint's torque limit that a bias force may take: gravity and friction need the rest."""
 SLEW_PART: Final = 0.007
@@ -42,13 +45,24 @@ class BiasForce:
         torque: what goes out, Nm (6).
     """
 
-    __slots__ = ("_closed", "_integral", "_limit", "_most", "_rate", "_slew", "torque")
+    __slots__ = (
+        "_closed",
+        "_integral",
+        "_limit",
+        "_most",
+        "_passage",
+        "_rate",
+        "_slew",
+        "_wait",
+        "torque",
+    )
 
     def __init__(self, torque_limits: Sequence[float], period_s: float, closed: bool) -> None:
         self._slew = SLEW_PART * np.array(torque_limits)
         self._most = BIAS_PART * np.array(torque_limits)
         self._rate = INTEGRAL_RATE * period_s * np.repeat((1.0, MOMENT_PART), 3)
         self._limit = np.array(INTEGRAL_LIMIT)
+        self._passage = round(PASSAGE_S / period_s)
         self._closed = closed
         self.reset()
 
@@ -56,10 +70,12 @@ class BiasForce:
         """No torque at once."""
         self.torque: Matrix = np.zeros(6)
         self._integral = np.zeros(6)
+        self._wait = 0
 
     def begin(self) -> None:
         """Something else complies from now on: what the integral held was for another frame."""
         self._integral[:] = 0.0
+        self._wait = self._passage
 
     @property
     def active(self) -> bool:
@@ -78,7 +94,8 @@ class BiasForce:
             felt: what is, likewise; used if the loop is closed.
         """
         asked = np.asarray(force)
-        if not self._closed:
+        if not self._closed or self._wait:
+            self._wait = max(0, self._wait - 1)
             self._towards(self._within(J.T @ np.where(selection.mask, asked, 0.0)))
             return
         missing = np.where(selection.mask, asked - np.asarray(felt), 0.0)
