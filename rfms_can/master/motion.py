@@ -1,10 +1,9 @@
 """Motion: what programs ask for, and the set-point of the next cycle, checked before it is sent."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
-from rfms_can.arm import Arm, Load
-from rfms_can.compliance.selection import Selection, parse_bias
+from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, MoveError, ProgramError
 from rfms_can.kinematics import (
     Configuration,
@@ -13,13 +12,13 @@ from rfms_can.kinematics import (
     direct,
     singularity_margins,
 )
+from rfms_can.master.accepted import AcceptedMove, AcceptedMoves
 from rfms_can.master.force.control import Asked
-from rfms_can.master.force.specification import NO_FORCE, RIGID, Specification
+from rfms_can.master.force.requested import RequestedCompliance
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning import MovePlanner
-from rfms_can.master.world import Limits, MotionMode, Position, WorldModel
+from rfms_can.master.world import Limits, WorldModel
 from rfms_can.messages import (
     Answer,
     ComplyRequest,
@@ -33,10 +32,8 @@ from rfms_can.messages import (
     ResumeRequest,
     StopRequest,
     TransformMessage,
-    Vector6,
 )
 from rfms_can.setpoint.cartesian import CartesianSetpoint
-from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
 
 NOTED: Final = Answer()
@@ -49,22 +46,8 @@ Vet = Callable[[Asked, Joints, bool], str | None]
 """Why force control cannot do what a move asks for at joint angles, at rest or not; or None."""
 
 
-class Accepted(NamedTuple):
-    """A move that was accepted."""
-
-    position: Position
-    mode: MotionMode
-    specification: Specification
-
-
 def _anything_goes(_asked: Asked, _theta: Joints, _rests: bool) -> str | None:
     return None
-
-
-def _pick(selection: Selection, these: Vector6, others: Vector6) -> Vector6:
-    """These where the selection has a direction, the others where not."""
-    a, b, c, d, e, f = (x if s else y for s, x, y in zip(selection, these, others, strict=True))
-    return (a, b, c, d, e, f)
 
 
 class Motion:
@@ -86,10 +69,8 @@ class Motion:
         self._planner = MovePlanner(arm, period_s)
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True), period_s)
-        self._moves: dict[int, Accepted] = {}
-        self._complies = RIGID
-        self._bias: Vector6 = NO_FORCE
-        self._guarded = 0  # number of the last guarded move
+        self._moves = AcceptedMoves()
+        self._requested = RequestedCompliance()
         self.asked: Asked | None = None
         self.vet: Vet = _anything_goes
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
@@ -101,8 +82,8 @@ class Motion:
             PauseRequest: self._pause,
             ResumeRequest: self._resume,
             FeedRequest: self._feed,
-            ComplyRequest: self._comply,
-            LockRequest: self._lock,
+            ComplyRequest: self._requested.comply,
+            LockRequest: self._requested.lock,
         }
 
     def enable(self, q: Sequence[float]) -> None:
@@ -125,13 +106,12 @@ class Motion:
         self._planner.reset(self.commanded.theta)
         self._moves.clear()
         self.asked = None
-        self._guarded = 0
 
     def forget(self) -> None:
         """Begin with empty symbol tables and rigid, for another program; the motion goes on."""
-        self._complies, self._bias = RIGID, NO_FORCE
+        self._requested.forget()
         self.world = WorldModel(self.world.configuration, self._period)
-        self._moves.clear()
+        self._moves.forget()
 
     def handle(self, message: Message) -> Answer:
         """Do what a program asks.
@@ -154,15 +134,6 @@ class Motion:
     def _define_mode(self, message: ModeMessage) -> None:
         self.world.define_mode(message)
 
-    def _comply(self, request: ComplyRequest) -> None:
-        added, bias = parse_bias(request.word, request.values)
-        self._complies = self._complies.with_(added)
-        self._bias = _pick(added, bias, self._bias)
-
-    def _lock(self, request: LockRequest) -> None:
-        self._complies = self._complies.without(Selection.parse(request.word))
-        self._bias = _pick(self._complies, self._bias, NO_FORCE)
-
     def _stop(self, _: StopRequest) -> None:
         """Come to rest on the path; goals that move by themselves come to rest as well."""
         self.generator.stop()
@@ -184,52 +155,34 @@ class Motion:
         position = self.world.position(request.position)
         mode = self.world.mode(request.mode)
         sequence, generator = self._sequence + 1, self.generator
-        accepted = Accepted(position, mode, self._specification(position, mode))
+        before, tick = generator.last_accepted, generator.tick_count
+        accepted = AcceptedMove.of(position, mode, self._requested, tick)
         self._admit(sequence, accepted)
         try:
-            before, tick = generator.last_accepted, generator.tick_count
             plan = self._planner.plan(before, position, mode, sequence, tick)
             generator.request(*plan.moves)
         except (MoveError, KinematicsError) as error:
             raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error
         self._sequence = sequence
-        under_way = generator.sequence
-        self._moves = {k: move for k, move in self._moves.items() if k >= under_way}
-        self._moves[sequence] = accepted
-        if accepted.specification.guard.active:
-            self._guarded = sequence
+        self._moves.add(sequence, accepted, generator.sequence)
         return Answer(sequence, plan.segment_time, plan.via_deviation, plan.via_rotation)
 
-    def _specification(self, position: Position, mode: MotionMode) -> Specification:
-        """What a move with a mode asks of force control: the mode's own, or the program's."""
-        selection, bias = mode.comply or (self._complies, self._bias)
-        load = None
-        if mode.mass is not None:
-            tool = position.tool(Moment(self.generator.tick_count))
-            load = Load(mode.mass, mode.mass_centre or (tool.px, tool.py, tool.pz))
-        return Specification(selection, bias, mode.guard, load)
-
-    def _admit(self, sequence: int, move: "Accepted") -> None:
+    def _admit(self, sequence: int, move: AcceptedMove) -> None:
         """Refuse what cannot be: a move behind a guarded one, a force the arm has not."""
         name = f"to {move.position.name!r} with {move.mode.name!r}: "
-        if self._guarded and not self.is_over(self._guarded):
+        guarded, generator = self._moves.last_guarded, self.generator
+        if guarded and not self.is_over(guarded):
             raise MoveError(
-                f"{name}move {self._guarded} is guarded, so nobody knows where it will end: "
+                f"{name}move {guarded} is guarded, so nobody knows where it will end: "
                 f"wait for it before asking for another"
             )
-        rests = self.generator.at_rest
-        reason = self.vet(self._asked(sequence, move), self.commanded.theta, rests)
+        asked = move.asked(sequence, self._tick)
+        reason = self.vet(asked, self.commanded.theta, generator.at_rest)
         if reason:
             raise MoveError(name + reason)
 
-    def _asked(self, sequence: int, move: "Accepted") -> Asked:
-        """A move as force control sees it."""
-        position, generator = move.position, self.generator
-
-        def frame(T6: Transform) -> Transform:
-            return position.compliance_frame(Moment(generator.tick_count), T6)
-
-        return Asked(sequence, move.specification, frame, move.mode.acceleration_time)
+    def _tick(self) -> int:
+        return self.generator.tick_count
 
     def _look_at_move(self, sequence: int) -> None:
         """A move that takes over brings its specification."""
@@ -237,7 +190,7 @@ class Motion:
             return
         move = self._moves.get(sequence)
         if move is not None:
-            self.asked = self._asked(sequence, move)
+            self.asked = move.asked(sequence, self._tick)
 
     @property
     def guarded(self) -> bool:
@@ -256,11 +209,9 @@ class Motion:
 
         None if neither goes where it matters.
         """
-        under_way = self.generator.sequence
         settled = len(self.generator.active_goals) - 1
-        later = [sequence for sequence in self._moves if sequence > under_way][:settled]
-        active = [self._moves[k] for k in (under_way, *later) if k in self._moves]
-        limits = [move.mode.limits for move in active if move.position.uses(transform)]
+        active = self._moves.going_to(transform, self.generator.sequence, settled)
+        limits = [move.mode.limits for move in active]
         return Limits(*map(min, zip(*limits, strict=True))) if limits else None
 
     def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
@@ -279,7 +230,7 @@ class Motion:
     @property
     def comply(self) -> str:
         """Directions the program has asked to comply in, e.g. ``"fx fy rx ry"``."""
-        return self._complies.word
+        return self._requested.selection.word
 
     @property
     def moves(self) -> bool:
