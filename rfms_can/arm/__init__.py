@@ -1,23 +1,17 @@
 """The arms this package knows, by name, and what they are made of.
 
-The numbers and where they come from: ``puma.py``. What they mean: ``mechanism.py``.
+The numbers and where they come from: ``puma.py``. What they mean: ``mechanism.py``, ``parts.py``
+and ``board_scale.py``.
 """
 
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
+from rfms_can.arm.board_scale import BoardScale
 from rfms_can.arm.load import Load, known_load, load_alone
-from rfms_can.arm.mechanism import (
-    JOINTS,
-    Arm,
-    BoardScale,
-    Correction,
-    Drive,
-    Gripper,
-    JointFriction,
-    Link,
-)
+from rfms_can.arm.mechanism import JOINTS, Arm, Gripper
+from rfms_can.arm.parts import Correction, Drive, JointFriction, Link
 from rfms_can.arm.puma import PUMA_260, PUMA_560
 from rfms_can.errors import ArmError
 

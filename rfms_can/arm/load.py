@@ -1,12 +1,10 @@
 """A load in the hand: a mass rigidly at the flange, as it was weighed and measured."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from rfms_can.arm.mechanism import JOINTS, Link, Vector3
-
-if TYPE_CHECKING:
-    from rfms_can.arm.mechanism import Arm
+from rfms_can.arm.mechanism import JOINTS, Arm
+from rfms_can.arm.parts import Link, Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +25,7 @@ class Load:
 NOTHING: Final = Load(0.0, (0.0, 0.0, 0.0))
 
 
-def known_load(arm: "Arm") -> Load:
+def known_load(arm: Arm) -> Load:
     """P: the load ``rfms identify`` has hung to an arm: a steel disc on a bracket at the flange.
 
     2.5 kg on the PUMA 560, what its maker rates it for; scaled with the arm as all else of the 260
@@ -42,7 +40,7 @@ def known_load(arm: "Arm") -> Load:
     return Load(mass, (0.10 * scale, 0.0, 0.15 * scale), (across, across, along))
 
 
-def load_alone(arm: "Arm", load: Load) -> "Arm":
+def load_alone(arm: Arm, load: Load) -> Arm:
     """The arm with massless links and drives, a load in its hand: what the load alone does."""
     nothing = Link(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     drives = tuple(replace(drive, rotor_inertia=0.0) for drive in arm.drives)

@@ -1,161 +1,19 @@
-"""What an arm is made of: links, drives, friction, board scales, gripper. The numbers: ``puma.py``.
+"""An arm: its lengths, limits, parts and gripper. The numbers: ``puma.py``.
 
-SI units and radians; everything is joint-side unless it says *motor*. Joint i has index i - 1.
-Denavit-Hartenberg convention B (Paul, Appendix A), alpha = (+90, 0, -90, +90, -90, 0) degrees;
-the base frame sits on the joint-2 axis, z up.
+SI units and radians. Joint i has index i - 1. Denavit-Hartenberg convention B (Paul, Appendix A),
+alpha = (+90, 0, -90, +90, -90, 0) degrees; the base frame sits on the joint-2 axis, z up.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import copysign, pi
+from math import pi
 from typing import Final
 
+from rfms_can.arm.board_scale import CONVERTER_CODES, BoardScale
+from rfms_can.arm.parts import Drive, JointFriction, Link
 from rfms_can.errors import ArmError
 
 JOINTS: Final = 6
-CONVERTER_CODES: Final = 2048
-"""Codes on either side of zero of the board's 12-bit converters: -2048 to 2047."""
-
-FORCE_DAC_FINENESS: Final = 4
-"""P: full scale of the motor-current DAC over that of the force-set-point DAC, in joint torque.
-
-The thesis says of the board's second DAC only that it "allows one to specify a force set point to
-the joint" (section VI.4.4). Here the amplifier adds what the two ask for. A torque for contact is
-small beside what moves the arm, so the second has the same 12 bits over a quarter of it: codes of
-0.003 to 0.023 Nm on the joints of the PUMA 560, where those of the first are 0.010 to 0.091 Nm.
-"""
-
-COARSE_CODES: Final = 4096
-"""Codes of the 12-bit coarse position (potentiometer): 0 to 4095."""
-
-Vector3 = tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Correction:
-    """Why and how a published link differs from one a rigid-body engine accepts."""
-
-    mass: float  # kg
-    inertia: Vector3  # kg m2, xx yy zz about the centre of mass
-    reason: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Link:
-    """A link's inertial parameters as published, with the correction a physics engine needs.
-
-    Attributes:
-        mass: kg.
-        com: centre of mass in the link's own Denavit-Hartenberg frame, m.
-        inertia: xx, yy, zz about the centre of mass, axes of the link frame, kg m2.
-        correction: None where the published values are those of a possible rigid body.
-    """
-
-    mass: float
-    com: Vector3
-    inertia: Vector3
-    correction: Correction | None = None
-
-    @property
-    def physical_mass(self) -> float:
-        """Mass of the corrected link, kg."""
-        return self.mass if self.correction is None else self.correction.mass
-
-    @property
-    def physical_inertia(self) -> Vector3:
-        """Inertia of the corrected link, kg m2: satisfies the triangle inequality."""
-        return self.inertia if self.correction is None else self.correction.inertia
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Drive:
-    """A joint's motor, gear and encoder.
-
-    Attributes:
-        gear_ratio: motor angle per joint angle; negative where the motor turns against the joint.
-        rotor_inertia: motor-side, kg m2.
-        torque_limit: joint-side, Nm.
-        torque_constant: motor-side Kt, Nm/A.
-        counts_per_revolution: encoder counts per motor revolution; one index pulse each.
-    """
-
-    gear_ratio: float
-    rotor_inertia: float
-    torque_limit: float
-    torque_constant: float
-    counts_per_revolution: int
-
-    @property
-    def armature(self) -> float:
-        """Rotor inertia seen by the joint, Jm G^2, kg m2."""
-        return self.rotor_inertia * self.gear_ratio**2
-
-    @property
-    def torque_per_ampere(self) -> float:
-        """Joint torque per motor current, G Kt, Nm/A; signed like the gear."""
-        return self.gear_ratio * self.torque_constant
-
-    @property
-    def current_limit(self) -> float:
-        """Motor current at the torque limit, A: the amplifier saturates here."""
-        return self.torque_limit / abs(self.torque_per_ampere)
-
-    @property
-    def counts_per_radian(self) -> float:
-        """Encoder counts per joint radian; signed like the gear."""
-        return self.gear_ratio * self.counts_per_revolution / (2.0 * pi)
-
-    @property
-    def index_interval(self) -> float:
-        """Joint angle between two index pulses, rad, positive."""
-        return 2.0 * pi / abs(self.gear_ratio)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class JointFriction:
-    """Joint-side friction that depends on the direction of motion.
-
-    A turning joint feels ``-(coulomb_positive + viscous qd)`` for qd > 0 and
-    ``+coulomb_negative - viscous qd`` for qd < 0; a resting joint stays at rest while the load is
-    between ``-coulomb_negative`` and ``coulomb_positive``. Coulomb in Nm, viscous in Nms/rad; all
-    are magnitudes, never negative. Both Coulomb torques grow by ``load`` times the motor's torque.
-    """
-
-    coulomb_positive: float
-    coulomb_negative: float
-    viscous: float
-    load: float = 0.0
-
-    def scaled(self, factor: float) -> "JointFriction":
-        """The same friction, all torques times ``factor``."""
-        positive, negative = self.coulomb_positive * factor, self.coulomb_negative * factor
-        return JointFriction(positive, negative, self.viscous * factor, self.load)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BoardScale:
-    """What one code of a joint's iSBX board means: shared by the board and whoever talks to it.
-
-    Attributes:
-        ampere_per_dac_code: motor current per code of the motor-current DAC.
-        torque_per_dac_code: joint torque per code of the motor-current DAC, Nm; signed like the
-            gear.
-        torque_per_force_code: joint torque per code of the force-set-point DAC, Nm; signed like
-            the gear. The amplifier adds the two, up to the drive's limit.
-        speed_per_adc_code: joint speed per code of the velocity ADC, rad/s; signed like the gear.
-        coarse_zero: joint angle at coarse code 0, rad.
-        angle_per_coarse_code: rad.
-        coarse_error: bound of |coarse position - joint angle|, rad; under a quarter of an index
-            interval, so that the coarse position names the index pulse.
-    """
-
-    ampere_per_dac_code: float
-    torque_per_dac_code: float
-    torque_per_force_code: float
-    speed_per_adc_code: float
-    coarse_zero: float
-    angle_per_coarse_code: float
-    coarse_error: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,11 +38,6 @@ class Gripper:
     def force_per_dac_code(self) -> float:
         """N per code of the gripper's DAC; positive opens."""
         return self.force_limit / CONVERTER_CODES
-
-
-TACHOMETER_MARGIN: Final = 1.5  # full scale of the velocity ADC over the joint's speed limit
-COARSE_MARGIN: Final = 0.05  # coarse range beyond each joint limit, as a part of the joint's range
-COARSE_LINEARITY: Final = 0.1  # amplitude of the potentiometer's error, in index intervals
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -245,19 +98,4 @@ class Arm:
 
     def board_scale(self, joint: int) -> BoardScale:
         """Scales of the board of joint index ``joint`` (0 to 5)."""
-        drive = self.drives[joint]
-        lower, upper = self.joint_limits[joint]
-        margin = COARSE_MARGIN * (upper - lower)
-        angle_per_code = (upper - lower + 2.0 * margin) / COARSE_CODES
-        ampere_per_code = drive.current_limit / CONVERTER_CODES
-        torque_per_code = ampere_per_code * drive.torque_per_ampere
-        full_speed = copysign(TACHOMETER_MARGIN * self.speed_limits[joint], drive.gear_ratio)
-        return BoardScale(
-            ampere_per_dac_code=ampere_per_code,
-            torque_per_dac_code=torque_per_code,
-            torque_per_force_code=torque_per_code / FORCE_DAC_FINENESS,
-            speed_per_adc_code=full_speed / CONVERTER_CODES,
-            coarse_zero=lower - margin,
-            angle_per_coarse_code=angle_per_code,
-            coarse_error=COARSE_LINEARITY * drive.index_interval + angle_per_code,
-        )
+        return BoardScale.of(self.drives[joint], self.joint_limits[joint], self.speed_limits[joint])

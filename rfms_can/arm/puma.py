@@ -16,7 +16,8 @@ from math import radians
 from types import MappingProxyType
 from typing import Final
 
-from rfms_can.arm.mechanism import JOINTS, Arm, Correction, Drive, Gripper, JointFriction, Link
+from rfms_can.arm.mechanism import JOINTS, Arm, Gripper
+from rfms_can.arm.parts import Correction, Drive, JointFriction, Link
 
 OUNCE_INCH: Final = 7.0615518e-3  # Nm
 

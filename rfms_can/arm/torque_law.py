@@ -10,7 +10,9 @@ from dataclasses import dataclass, replace
 from math import copysign
 from typing import Final
 
-from rfms_can.arm.mechanism import CONVERTER_CODES, Arm, JointFriction
+from rfms_can.arm.board_scale import CONVERTER_CODES
+from rfms_can.arm.mechanism import Arm
+from rfms_can.arm.parts import JointFriction
 from rfms_can.arm.puma import OUNCE_INCH, PUMA_560
 
 

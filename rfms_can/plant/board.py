@@ -2,15 +2,15 @@
 
 The amplifier drives the sum of what the two DACs ask for, motor current and force set-point, within
 the drive's current limit. Plain state without I/O; what its codes mean is
-:class:`~rfms_can.arm.mechanism.BoardScale`'s. Codes saturate at the rails -2048 and 2047 and round
-half up, so a run repeats bit by bit.
+:class:`~rfms_can.arm.board_scale.BoardScale`'s. Codes saturate at the rails -2048 and 2047 and
+round half up, so a run repeats bit by bit.
 """
 
 from math import floor, pi, sin
 from typing import Final
 
 from rfms_can.arm import Arm
-from rfms_can.arm.mechanism import (
+from rfms_can.arm.board_scale import (
     COARSE_CODES,
     COARSE_LINEARITY,
     CONVERTER_CODES,
