@@ -69,7 +69,7 @@ def program(arm: Arm) -> None:
             speed=speed,
             acceleration_time=0.1,
             interpolation="cartesian",
-            **({"stop_on_force": CAPS} if loop != "none" else {}),
+            stop_on_force=CAPS if loop != "none" else None,
         )
 
     above, near = at("above", -ABOVE), at("near", -NEAR)

@@ -55,7 +55,7 @@ def program(arm: Arm) -> None:
             speed=speed,
             acceleration_time=0.1,
             interpolation="cartesian",
-            **({"stop_on_force": guard} if guard else {}),
+            stop_on_force=guard or None,
         )
 
     start = -HALF - LENGTH

@@ -11,7 +11,7 @@ from statuses import status
 
 from rfms_can.coordinator import Arm, connect, emergency_stop
 from rfms_can.coordinator.conversation import ANSWER_S, Conversation
-from rfms_can.coordinator.definitions import ModeSettings
+from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.refusals import ERRORS, error_of
 from rfms_can.coordinator.remote import RemoteLink
 from rfms_can.errors import (

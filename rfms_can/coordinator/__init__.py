@@ -7,10 +7,10 @@ from rfms_can.compliance.selection import SelectionError
 from rfms_can.coordinator.aio import AsyncArm
 from rfms_can.coordinator.arm import Arm
 from rfms_can.coordinator.connection import connect, connect_async, emergency_stop
-from rfms_can.coordinator.definitions import ModeSettings
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper, Gripper
 from rfms_can.coordinator.link import Link
+from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.moves import MovePlan
 from rfms_can.errors import (
     EquationError,

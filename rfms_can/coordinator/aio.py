@@ -13,10 +13,11 @@ from collections.abc import Coroutine, Sequence
 from typing import Any, Unpack
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import IDENTITY, ModeSettings, Predict
+from rfms_can.coordinator.definitions import IDENTITY, Predict
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper
 from rfms_can.coordinator.link import AsyncLink
+from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.view import ArmView
 from rfms_can.messages import (
     AnyFunction,

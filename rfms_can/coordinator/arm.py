@@ -20,10 +20,11 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import IDENTITY, TARE_S, ModeSettings, Predict
+from rfms_can.coordinator.definitions import IDENTITY, TARE_S, Predict
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
+from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.view import ArmView
 from rfms_can.messages import (
     AnyFunction,
