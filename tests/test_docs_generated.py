@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 
+import draw_campaign
 import draw_cli
 import draw_link
 import draw_states
@@ -18,6 +19,7 @@ from rfms_can.codec import load_database
 @pytest.mark.parametrize(
     ("tool", "file", "render"),
     [
+        ("draw_campaign.py", "peg-campaign.md", draw_campaign.render),
         ("draw_cli.py", "command-line.md", draw_cli.render),
         ("draw_link.py", "link.md", draw_link.render),
         ("draw_states.py", "states.md", draw_states.render),

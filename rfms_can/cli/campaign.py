@@ -1,10 +1,8 @@
 """``rfms campaign``: the peg in the hole, many times, under every law; one table."""
 
-import json
 import os
-import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -13,6 +11,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rfms_can.cli.options import JsonOption
 from rfms_can.compliance import ControlLaw
 from rfms_can.errors import RfmsError
+
+LOOPS = ("open", "closed")
 
 
 def campaign(
@@ -24,11 +24,24 @@ def campaign(
     friction: Annotated[
         list[str] | None, typer.Option(help="repeatable; thesis and none if absent")
     ] = None,
-    loop: Annotated[str, typer.Option(help="force loop: open | closed")] = "open",
-    offset: Annotated[float, typer.Option(help="how far off the hole may be, mm")] = 1.0,
-    tilt: Annotated[float, typer.Option(help="and how much tilted, degrees")] = 0.5,
+    loop: Annotated[
+        list[str] | None,
+        typer.Option(help="force loop, open | closed; repeatable; both if absent"),
+    ] = None,
+    offset: Annotated[
+        float | None,
+        typer.Option(
+            help="how far off the hole may be, mm; 1 with an open loop, 2 with a closed one"
+        ),
+    ] = None,
+    tilt: Annotated[
+        float | None,
+        typer.Option(help="and how much tilted, degrees; 0.5 with an open loop, 1 with a closed"),
+    ] = None,
     dither: Annotated[float, typer.Option(help="part of the friction, 0 to 1")] = 0.9,
-    workers: Annotated[int, typer.Option(help="processes")] = os.cpu_count() or 1,
+    workers: Annotated[
+        int | None, typer.Option(help="processes; one for each processor if absent")
+    ] = None,
     keep: Annotated[
         Path | None, typer.Option(help="file of results: read, added to, and not made twice")
     ] = None,
@@ -38,58 +51,62 @@ def campaign(
     as_json: JsonOption = False,
 ) -> None:
     """Insert the peg with drawn misalignments, and compare the laws on the same ones."""
-    from rfms_can.analysis.campaign.job import Group, Insertion
+    from rfms_can.analysis.campaign.conditions import Conditions
+    from rfms_can.analysis.campaign.job import FRICTIONS, TASKS, Insertion, groups_of
+    from rfms_can.analysis.campaign.results import Results
     from rfms_can.analysis.campaign.runs import jobs_of, run_all
-    from rfms_can.analysis.campaign.summary import markdown, rows_of, table
+    from rfms_can.analysis.campaign.summary import rows_of
+    from rfms_can.cli.campaign_report import print_campaign
     from rfms_can.cli.demo import demo_program
+    from rfms_can.rig.program import load_program
 
-    _check(seeds, loop, offset, tilt, dither)
-    laws = law or list(ControlLaw)
-    groups = [
-        Group(each.value, "open" if each is ControlLaw.POSITION else loop, name, offset, tilt)
-        for name in friction or ["thesis", "none"]
-        for each in laws
+    _check(seeds, loop or [], offset, tilt, dither, workers)
+    tasks = [
+        task._replace(
+            offset_mm=task.offset_mm if offset is None else offset,
+            tilt_deg=task.tilt_deg if tilt is None else tilt,
+        )
+        for task in TASKS
+        if task.loop in (loop or LOOPS)
     ]
+    groups = groups_of(tasks, friction or FRICTIONS, law or list(ControlLaw))
     jobs = jobs_of(groups, range(seeds), dither)
     for job in jobs[: len(groups)]:
         _ = job.settings  # wrong words are told before anything runs
+    path = program or demo_program()
+    load_program(path)
+    conditions = Conditions.of(path, dither)
+    results = Results(conditions, keep)
     with _progress() as progress:
-        task = progress.add_task("peg in hole", total=len(jobs))
+        bar = progress.add_task("peg in hole", total=len(jobs))
 
         def done(_: Insertion) -> None:
-            progress.advance(task)
+            progress.advance(bar)
 
-        results = run_all(jobs, program or demo_program(), workers=workers, keep=keep, done=done)
-    rows = rows_of(results)
-    if as_json:
-        report: dict[str, Any] = {
-            "rows": [{**row.group._asdict(), **_numbers(row)} for row in rows],
-            "dither": dither,
-        }
-        json.dump(report, sys.stdout)
-        sys.stdout.write("\n")
-        return
-    if sys.stdout.isatty():
-        Console().print(table(rows, f"peg in hole, {seeds} misalignments each, dither {dither:g}"))
-    else:
-        sys.stdout.write(markdown(rows))
+        runs = run_all(jobs, path, results, workers=workers or os.cpu_count() or 1, done=done)
+    print_campaign(conditions, rows_of(runs), as_json=as_json)
 
 
-def _numbers(row: Any) -> dict[str, Any]:
-    return {key: value for key, value in row._asdict().items() if key != "group"}
-
-
-def _check(seeds: int, loop: str, offset: float, tilt: float, dither: float) -> None:
-    if seeds < 1:
-        raise RfmsError(f"seeds {seeds}: give one or more")
-    if loop not in ("open", "closed"):
-        raise RfmsError(f"loop {loop!r}: it is open or closed")
+def _check(
+    seeds: int,
+    loops: list[str],
+    offset: float | None,
+    tilt: float | None,
+    dither: float,
+    workers: int | None,
+) -> None:
+    for name, number in (("seeds", seeds), ("workers", workers)):
+        if number is not None and number < 1:
+            raise RfmsError(f"{name} {number}: give one or more")
+    for loop in loops:
+        if loop not in LOOPS:
+            raise RfmsError(f"loop {loop!r}: it is open or closed")
     for name, value, most in (
         ("offset", offset, 3.0),
         ("tilt", tilt, 5.0),
         ("dither", dither, 1.0),
     ):
-        if not 0.0 <= value <= most:
+        if value is not None and not 0.0 <= value <= most:
             raise RfmsError(f"{name} {value:g} is not in 0..{most:g}")
 
 

@@ -15,7 +15,8 @@ from rfms_can.analysis.identification.summary import (
 )
 from rfms_can.analysis.identification.truth import VERDICTS, identities, thesis_constants
 from rfms_can.arm.calibration import Calibration
-from rfms_can.rig.identification.control import IDENTIFIED, NONE_AT_ALL, TRUTH, Tracking, gains
+from rfms_can.rig.gains import gains
+from rfms_can.rig.identification.control import IDENTIFIED, NONE_AT_ALL, TRUTH, Tracking
 from rfms_can.rig.settings import RunSettings
 
 LABELS = {
@@ -182,7 +183,7 @@ def print_tracking(settings: RunSettings, runs: Sequence[Tracking]) -> None:
         table.add_row(run.name, *largest, f"{math.degrees(run.rms):.4f}")
     console.print(table)
     table = _table("The same gains in all of them", "joint", "K_p Nm/rad", "K_i", "K_d Nms/rad")
-    for joint, gain in enumerate(gains(settings, None), start=1):
+    for joint, gain in enumerate(gains(settings), start=1):
         table.add_row(str(joint), f"{gain.kp:.1f}", f"{gain.ki:.0f}", f"{gain.kd:.2f}")
     console.print(table)
     rms = {run.name: run.rms for run in runs}

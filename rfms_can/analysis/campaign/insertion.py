@@ -8,7 +8,7 @@ from typing import Final
 
 from rfms_can.analysis.campaign.job import Insertion, Job
 from rfms_can.analysis.peg_figures import peg_figures
-from rfms_can.errors import RfmsError
+from rfms_can.errors import ProgramError, RfmsError
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig
@@ -17,7 +17,6 @@ from rfms_can.rig.truth import Truth
 
 INSERTED: Final = 0.039
 """Depth, m, from which a peg of 40 mm counts as in: the rest is the servo's error."""
-
 
 SETTLED: Final = 25
 """Cycles for which it is still watched then."""
@@ -56,10 +55,16 @@ def insert(job: Job, program: Path) -> Insertion:
     except KeyboardInterrupt:
         pass  # it is in
     except RfmsError as error:
-        why = str(error)
+        why = _reason(error)
     (rig,) = watched
     assert rig.watch is not None
     return _judged(job, rig.watch.rows, 1.0 / settings.rate, why)
+
+
+def _reason(error: RfmsError) -> str:
+    """What the program said, without the place in its file."""
+    said = error.__cause__
+    return str(said if isinstance(said, ProgramError) else error)
 
 
 def _judged(job: Job, rows: Sequence[Truth], period_s: float, why: str) -> Insertion:

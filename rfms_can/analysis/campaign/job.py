@@ -2,6 +2,7 @@
 
 import math
 import random
+from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
 import msgspec
@@ -12,6 +13,23 @@ from rfms_can.rig.settings import RunSettings
 ARM: Final = "puma560"
 SENSOR: Final = "good"
 """In every run: the force cap of the program is felt with it, whether or not the loop is closed."""
+FRICTIONS: Final = ("thesis", "none")
+
+
+class Task(NamedTuple):
+    """How the force is controlled, and how far the hole may be off.
+
+    Attributes:
+        loop: ``open`` or ``closed``.
+        offset_mm, tilt_deg: of the hole, at most.
+    """
+
+    loop: str
+    offset_mm: float
+    tilt_deg: float
+
+
+TASKS: Final = (Task("open", 1.0, 0.5), Task("closed", 2.0, 1.0))
 
 
 class Misalignment(NamedTuple):
@@ -61,6 +79,19 @@ class Group(NamedTuple):
     friction: str
     offset_mm: float
     tilt_deg: float
+
+
+def groups_of(
+    tasks: Iterable[Task], frictions: Sequence[str], laws: Sequence[ControlLaw]
+) -> list[Group]:
+    """Every law at every task, friction by friction; position control has no loop to close."""
+    made = (
+        Group(law.value, "open" if law is ControlLaw.POSITION else loop, friction, offset, tilt)
+        for loop, offset, tilt in tasks
+        for friction in frictions
+        for law in laws
+    )
+    return list(dict.fromkeys(made))
 
 
 class Job(NamedTuple):

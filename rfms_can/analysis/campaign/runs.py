@@ -1,16 +1,13 @@
-"""Many jobs on the cores of this machine; results are kept as they come, and not made twice."""
+"""Many jobs on the cores of this machine; what has been run is not run again."""
 
 import multiprocessing
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
-import msgspec
-
 from rfms_can.analysis.campaign.insertion import insert
 from rfms_can.analysis.campaign.job import Group, Insertion, Job
-
-_DECODER = msgspec.json.Decoder(Insertion)
+from rfms_can.analysis.campaign.results import Results
 
 
 def jobs_of(groups: Iterable[Group], seeds: Sequence[int], dither: float) -> list[Job]:
@@ -19,20 +16,12 @@ def jobs_of(groups: Iterable[Group], seeds: Sequence[int], dither: float) -> lis
     return [Job(group, seed, dither) for seed in seeds for group in groups]
 
 
-def kept(file: Path | None) -> list[Insertion]:
-    """Results of earlier calls."""
-    if file is None or not file.is_file():
-        return []
-    lines = file.read_bytes().splitlines()
-    return [_DECODER.decode(line) for line in lines if line.strip()]
-
-
 def run_all(
     jobs: Sequence[Job],
     program: Path,
+    results: Results,
     *,
     workers: int = 1,
-    keep: Path | None = None,
     done: Callable[[Insertion], None] = lambda _: None,
 ) -> list[Insertion]:
     """Run what has not been run yet.
@@ -40,26 +29,24 @@ def run_all(
     Args:
         jobs: all there are.
         program: the program's file.
+        results: of earlier calls, and to be added to.
         workers: processes.
-        keep: file of JSON lines; results are read from it and added to it.
-        done: told of each result.
+        done: told of each result, of earlier calls as well.
 
     Returns:
         One result for each job, in their order.
     """
-    results = {(*result.group, result.seed): result for result in kept(keep)}
-    left = [job for job in jobs if (*job.group, job.seed) not in results]
-    for job in jobs:
-        result = results.get((*job.group, job.seed))
-        if result is not None:
-            done(result)
-    for result in _runs(left, program, workers):
-        results[(*result.group, result.seed)] = result
-        if keep is not None:
-            with keep.open("ab") as file:
-                file.write(msgspec.json.encode(result) + b"\n")
-        done(result)
-    return [results[(*job.group, job.seed)] for job in jobs]
+    known = {(*run.group, run.seed): run for run in results.runs}
+    asked = [(*job.group, job.seed) for job in jobs]
+    for key in asked:
+        if key in known:
+            done(known[key])
+    left = [job for key, job in zip(asked, jobs, strict=True) if key not in known]
+    for run in _runs(left, program, workers):
+        known[(*run.group, run.seed)] = run
+        results.add(run)
+        done(run)
+    return [known[key] for key in asked]
 
 
 def _runs(jobs: Sequence[Job], program: Path, workers: int) -> Iterable[Insertion]:

@@ -103,9 +103,9 @@ def _ratio(
     return fmean(ours for ours, _ in both) / fmean(rigid_peak for _, rigid_peak in both)
 
 
-def table(rows: Sequence[Row], title: str) -> Table:
+def table(rows: Sequence[Row]) -> Table:
     """For a terminal."""
-    drawn = Table(title=title)
+    drawn = Table(title="peg in hole")
     for heading in HEADINGS:
         drawn.add_column(heading, justify="left" if heading in HEADINGS[:4] else "right")
     for row in rows:

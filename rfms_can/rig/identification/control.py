@@ -1,6 +1,6 @@
 """One fast program with several compensations and the same gains: what knowing the arm is worth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -9,15 +9,12 @@ from typing import Final, NamedTuple
 from rfms_can.arm.calibration import Calibration, save_calibration
 from rfms_can.compliance import ControlLaw
 from rfms_can.errors import FaultError
-from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.models.dynamics_model import FULL, NONE, SIMPLIFIED
 from rfms_can.rig.identification.actions import Tour, program_of
 from rfms_can.rig.identification.experiments import fast_tour
 from rfms_can.rig.result import JointResult
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import JOINTS
-from rfms_can.wire.vocabulary import Parameter
 
 
 class Tracking(NamedTuple):
@@ -88,22 +85,3 @@ def _run(task: tuple[str, RunSettings], attach: bool = False) -> Tracking:
     joints = tuple(outcome.result.joints)
     squares = sum(joint.moving_rms**2 for joint in joints) / len(joints)
     return Tracking(name, joints, squares**0.5, max(joint.moving_max for joint in joints))
-
-
-class Gains(NamedTuple):
-    """Of one joint's servo: Nm/rad, Nm/(rad s), Nms/rad."""
-
-    kp: float
-    ki: float
-    kd: float
-
-
-def gains(settings: RunSettings, calibration: Calibration | None) -> Sequence[Gains]:
-    """What the nodes are told: it does not depend on what is compensated."""
-    parameters = all_parameters(
-        settings.the_arm, settings.friction, 1.0 / settings.rate, calibration
-    )
-    return [
-        Gains(*(parameters[joint][p] for p in (Parameter.KP, Parameter.KI, Parameter.KD)))
-        for joint in JOINTS
-    ]

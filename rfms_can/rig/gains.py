@@ -1,0 +1,44 @@
+"""The gains of the joints' servos in a run, to be printed beside its numbers."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from rfms_can.arm.calibration import Calibration
+from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire import JOINTS
+from rfms_can.wire.vocabulary import Parameter
+
+
+class Gains(NamedTuple):
+    """Of one joint's servo.
+
+    Attributes:
+        kp, ki, kd: Nm/rad, Nm/(rad s), Nms/rad.
+        natural_frequency: of the error, rad/s, from which they follow, and the law of the weighted
+            inertia directly.
+        damping_ratio: likewise.
+    """
+
+    kp: float
+    ki: float
+    kd: float
+    natural_frequency: float
+    damping_ratio: float
+
+
+_PARAMETERS = (
+    Parameter.KP,
+    Parameter.KI,
+    Parameter.KD,
+    Parameter.NATURAL_FREQUENCY,
+    Parameter.DAMPING_RATIO,
+)
+
+
+def gains(settings: RunSettings, calibration: Calibration | None = None) -> Sequence[Gains]:
+    """What the joint nodes are told: it does not depend on the law, nor on what is compensated."""
+    parameters = all_parameters(
+        settings.the_arm, settings.friction, 1.0 / settings.rate, calibration
+    )
+    return [Gains(*(parameters[joint][p] for p in _PARAMETERS)) for joint in JOINTS]
