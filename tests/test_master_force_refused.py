@@ -36,6 +36,18 @@ def test_a_bias_no_joint_has_is_refused_with_what_would_do(fleet: PushedFleet) -
     assert fleet.move(comply={"fx": 400.0 * part * 0.99}) == 1
 
 
+def test_a_mass_the_joints_cannot_hold_is_refused_with_what_they_can(fleet: PushedFleet) -> None:
+    reason = r"the mass 100 kg takes \d+\.\d Nm of joint (\d), which has .*: (\d+\.?\d*) kg or"
+    with pytest.raises(MoveError, match=reason) as refused:
+        fleet.move(mass=100.0)
+    found = re.search(reason, str(refused.value))
+    assert found is not None
+    most = float(found.group(2))
+    with pytest.raises(MoveError, match=f"joint {found.group(1)}"):
+        fleet.move(mass=most + 0.2)
+    assert fleet.move(mass=most - 0.1) == 1
+
+
 def test_a_stop_condition_that_holds_already_is_refused_with_a_sensor(wire: Wire) -> None:
     fleet = PushedFleet(wire, friction="none", sensor="ideal")
     fleet.plant.physics.sample_force = lambda: [0.0, 0.0, 9.0, 0.0, 0.0, 0.0]  # type: ignore[method-assign]

@@ -16,10 +16,12 @@ from rfms_can.arm import PUMA_260
 from rfms_can.cli.report import print_result
 from rfms_can.codec import database_path
 from rfms_can.coordinator import Arm
+from rfms_can.coordinator.stopping import STOPPING_S
 from rfms_can.errors import FaultError, ProgramError, RfmsError
 from rfms_can.frame import Frame
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
+from rfms_can.master.stillness import Stillness
 from rfms_can.rig.interrupt import Interrupt, signals_noted
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import COMMANDED, LOG, SETTINGS, SUMMARY, Record
@@ -187,6 +189,22 @@ def test_an_interrupt_leaves_the_arm_braked(watched: Watched, at: str) -> None:
         assert interrupt.exit_code == 130
     else:
         assert interrupt.exit_code == 143
+
+
+def test_an_arm_that_never_rests_is_braked_after_a_while(
+    watched: Watched, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its servos shake it: what ends the program is told all the same."""
+    monkeypatch.setattr(Stillness, "arm", property(lambda _: False))
+
+    def program(arm: Arm) -> None:
+        raise ProgramError("enough")
+
+    with pytest.raises(ProgramError, match="enough"):
+        execute(program, RunSettings(), watch=watched)
+    assert watched.rig.supervisor.phase is Phase.END
+    assert watched.rig.supervisor.statistics.cycles >= STOPPING_S * RunSettings().rate
+    watched.assert_safe()
 
 
 def test_a_signal_is_noted_once_and_then_felt() -> None:

@@ -16,13 +16,13 @@ from rfms_can.coordinator.conversation import (
 )
 from rfms_can.coordinator.parts import Parts, Waiting
 from rfms_can.coordinator.sockets import AsyncSocket
+from rfms_can.coordinator.stopping import stopped
 from rfms_can.errors import LinkError, RfmsError
 from rfms_can.messages import (
     Answer,
     AnyCondition,
     AnyRequest,
     ArmRequest,
-    AtRest,
     LeaseRequest,
     Reply,
     Status,
@@ -75,7 +75,7 @@ class AsyncRemoteLink:
     async def stop_moving(self) -> None:
         """Bring the arm to rest on its path and wait for it."""
         await self.request(StopRequest())
-        await self.wait(AtRest())
+        await self.wait(*stopped(self.status()))
 
     async def release(self) -> None:
         """Give the lease back, if the server is still there; an arm that moves is stopped."""

@@ -21,13 +21,13 @@ from rfms_can.coordinator.conversation import (
     answer_of,
 )
 from rfms_can.coordinator.sockets import Socket
+from rfms_can.coordinator.stopping import stopped
 from rfms_can.errors import RfmsError
 from rfms_can.messages import (
     Answer,
     AnyCondition,
     AnyRequest,
     ArmRequest,
-    AtRest,
     LeaseRequest,
     Reply,
     Status,
@@ -91,7 +91,7 @@ class RemoteLink:
         """Bring the arm to rest on its path and wait for it, whoever wants the program to end."""
         self._interrupted = lambda: False
         self.request(StopRequest())
-        self.wait(AtRest())
+        self.wait(*stopped(self.status()))
 
     def release(self) -> None:
         """Give the lease back, if the server is still there; an arm that moves is stopped."""

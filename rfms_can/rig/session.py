@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rfms_can.coordinator import Arm
+from rfms_can.coordinator.stopping import stopped
 from rfms_can.errors import FaultError
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
@@ -144,12 +145,15 @@ class Session:
         self._enabled_at = time.perf_counter()
 
     def stop_moving(self) -> None:
-        """Controlled stop along the path, before the arm is braked; waits until it rests."""
+        """Controlled stop along the path, before the arm is braked; waits until it rests.
+
+        An arm that never does, because its servos shake it, is braked after a while as it is.
+        """
         if self.link.running:
             self.link.request(StopRequest())
-            at_rest = AtRest()
+            supervisor, ends = self.supervisor, stopped(self.link.status())
             self.link.pass_time(
-                lambda: holds(self.supervisor, at_rest) or self.supervisor.fault is not None
+                lambda: supervisor.fault is not None or any(holds(supervisor, end) for end in ends)
             )
 
     def coast(self, cycles: int) -> None:

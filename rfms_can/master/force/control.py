@@ -24,7 +24,7 @@ from rfms_can.master.force.bias import BiasForce
 from rfms_can.master.force.comply import Comply
 from rfms_can.master.force.felt import Felt
 from rfms_can.master.force.guards import Guards
-from rfms_can.master.force.refusal import too_strong, trips_at_once
+from rfms_can.master.force.refusal import too_heavy, too_strong, trips_at_once
 from rfms_can.master.force.specification import (
     NO_FORCE,
     RIGID,
@@ -162,13 +162,18 @@ class ForceControl:
             rests: whether the arm rests there now, so that what is felt is what it would start in.
         """
         specification = asked.specification
-        if not specification.guard.active and specification.bias == NO_FORCE:
+        load, guarded = specification.load, specification.guard.active
+        if not guarded and specification.bias == NO_FORCE and load is None:
             return None
-        frame = asked.frame(direct(self._arm, theta))
+        T6 = direct(self._arm, theta)
+        frame = asked.frame(T6)
         at_T6 = np.array(jacobian(self._arm, theta))
         limits = [drive.torque_limit for drive in self._arm.drives]
-        reason = too_strong(compliance_jacobian(at_T6, frame), specification.bias, limits)
-        return reason or trips_at_once(specification.guard, self.felt, at_T6, frame, rests)
+        return (
+            too_heavy(at_T6, load, T6, limits)
+            or too_strong(compliance_jacobian(at_T6, frame), specification.bias, limits)
+            or trips_at_once(specification.guard, self.felt, at_T6, frame, rests)
+        )
 
     def follow(self, theta: Joints) -> tuple[float, ...] | None:
         """Joint displacements beside the commanded ``theta`` (6, rad); None if there are none.

@@ -1,4 +1,4 @@
-"""Why the force that a move asks for cannot be had, or what shall stop it would not."""
+"""Why what a move asks of the joints cannot be had, or what shall stop it would not."""
 
 import math
 from collections.abc import Sequence
@@ -6,12 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from rfms_can.arm import Load
 from rfms_can.compliance.selection import DIRECTIONS
 from rfms_can.master.force.bias import BIAS_PART
 from rfms_can.master.force.felt import Felt
 from rfms_can.master.force.guards import reached_force
 from rfms_can.master.force.specification import Guard
-from rfms_can.master.force.wrench import in_frame
+from rfms_can.master.force.wrench import in_frame, weight
 from rfms_can.messages import Vector6
 from rfms_can.transform import Transform, differential_transform
 
@@ -26,18 +27,50 @@ def too_strong(J: Matrix, bias: Vector6, torque_limits: Sequence[float]) -> str 
         bias: N and N m, in that frame.
         torque_limits: of the joints, Nm.
     """
-    for joint, torque in enumerate((J.T @ np.array(bias)).tolist(), start=1):
-        limit = BIAS_PART * torque_limits[joint - 1]
-        if abs(torque) > limit:
-            words = ", ".join(
-                f"{name} {value:g}" for name, value in zip(DIRECTIONS, bias, strict=True) if value
-            )
-            part = math.floor(100.0 * limit / abs(torque)) / 100.0  # none too much
-            return (
-                f"the bias {words} takes {abs(torque):.1f} Nm of joint {joint}, which has "
-                f"{limit:.1f} Nm for it: ask for {part:g} of it or less"
-            )
-    return None
+    joint, torque, limit = _most_burdened(J.T @ np.array(bias), torque_limits)
+    if torque <= limit:
+        return None
+    words = ", ".join(
+        f"{name} {value:g}" for name, value in zip(DIRECTIONS, bias, strict=True) if value
+    )
+    part = math.floor(100.0 * limit / torque) / 100.0  # none too much
+    return (
+        f"the bias {words} takes {torque:.1f} Nm of joint {joint}, which has {limit:.1f} Nm for "
+        f"it: ask for {part:g} of it or less"
+    )
+
+
+def too_heavy(
+    J: Matrix, load: Load | None, T6: Transform, torque_limits: Sequence[float]
+) -> str | None:
+    """Which joint could not hold a load up, and which mass it could; or None.
+
+    Args:
+        J: (6, 6), Jacobian in the T6 frame.
+        load: in the hand.
+        T6: pose of the hand.
+        torque_limits: of the joints, Nm.
+    """
+    if load is None:
+        return None
+    joint, torque, limit = _most_burdened(J.T @ np.array(weight(load, T6)), torque_limits)
+    if torque <= limit:
+        return None
+    most = math.floor(10.0 * load.mass * limit / torque) / 10.0
+    return (
+        f"the mass {load.mass:g} kg takes {torque:.1f} Nm of joint {joint}, which has "
+        f"{limit:.1f} Nm for it: {most:g} kg or less can be held here"
+    )
+
+
+def _most_burdened(
+    torques: npt.NDArray[np.float64], torque_limits: Sequence[float]
+) -> tuple[int, float, float]:
+    """The joint that is asked for most of what it has, how much that is, and how much it has."""
+    limits = [BIAS_PART * limit for limit in torque_limits]
+    parts = [abs(torque) / limit for torque, limit in zip(torques.tolist(), limits, strict=True)]
+    worst = max(range(len(parts)), key=parts.__getitem__)
+    return worst + 1, abs(float(torques[worst])), limits[worst]
 
 
 def trips_at_once(guard: Guard, felt: Felt, J: Matrix, frame: Transform, rests: bool) -> str | None:
