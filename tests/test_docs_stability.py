@@ -8,6 +8,7 @@ import pytest
 from command_line import run_here
 
 from rfms_can.analysis.stability import largest_frequency
+from rfms_can.master.math_processor import COMPLIANT_DAMPING
 
 PAGE = (Path(__file__).parents[1] / "docs" / "stability.md").read_text(encoding="utf-8")
 EXAMPLES = [
@@ -41,3 +42,7 @@ def test_the_table_of_rates() -> None:
         assert float(margin) == pytest.approx(bound / float(natural), rel=5e-3)
     assert largest_frequency(1.0) == pytest.approx(0.426, abs=5e-4)
     assert largest_frequency(1.0, 0.7) == pytest.approx(0.495, abs=5e-4)
+
+
+def test_the_damping_of_the_nodes() -> None:
+    assert f"`--compliant {COMPLIANT_DAMPING:g}`" in PAGE
