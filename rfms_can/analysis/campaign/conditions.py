@@ -7,7 +7,6 @@ from typing import Any
 import msgspec
 
 from rfms_can.analysis.campaign.job import FRICTIONS, TASKS, Job, groups_of
-from rfms_can.compliance import ControlLaw
 from rfms_can.errors import RfmsError
 from rfms_can.master.force.bias import INTEGRAL_RATE, PROPORTIONAL
 from rfms_can.master.math_processor import COMPLIANT_DAMPING
@@ -63,7 +62,7 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             text = program.read_bytes()
         except OSError as error:
             raise RfmsError(f"program {program} cannot be read: {error.strerror}") from error
-        group = groups_of(TASKS, FRICTIONS, list(ControlLaw))[0]
+        group = groups_of(TASKS, FRICTIONS)[0]
         settings = Job(group, 0, dither).settings
         servos, contact, peg = gains(settings), settings.the_scene.contact, PegInHole()
         return cls(
