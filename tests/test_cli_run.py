@@ -57,6 +57,7 @@ def written(directory: Path, text: str, name: str = "program.py") -> Path:
         ("def program(arm)\n    pass\n", "line 1: expected ':'"),
         ("x = 1\n", "has no function program(arm)"),
         ("program = 1\n", "has no function program(arm)"),
+        ("async def program(arm):\n    pass\n", "program is a coroutine, which nobody would run"),
         ("x = 1\nx.y\n", "line 2: AttributeError"),
         ("def program(arm):\n    {}['part']\n", "line 2: KeyError: 'part'"),
         ("import json\ndef program(arm):\n    json.loads('x')\n", "line 3: JSONDecodeError"),

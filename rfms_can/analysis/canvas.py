@@ -129,4 +129,6 @@ class Sheet:
                 self.figure.savefig(path, dpi=_DPI)
         except OSError as error:
             raise PlotError(f"cannot write {path}: {error.strerror or error}") from error
+        except ValueError as error:  # of the suffix
+            raise PlotError(f"cannot write {path}: {error}") from error
         return path

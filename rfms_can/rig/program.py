@@ -2,6 +2,8 @@
 
 import sys
 import traceback
+from collections.abc import Callable
+from inspect import iscoroutinefunction
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -38,9 +40,7 @@ def load_program(path: Path) -> "Program":
         raise ProgramError(f"program {error.filename or path}{where}: {error.msg}") from error
     except (Exception, SystemExit) as error:
         raise ProgramError(f"program {path}, {_line(error, path)}: {_what(error)}") from error
-    program = getattr(module, ENTRY, None)
-    if not callable(program):
-        raise ProgramError(f"program {path} has no function {ENTRY}(arm); define one")
+    program = _entry(module, path)
 
     def run(arm: Any) -> None:
         try:
@@ -55,6 +55,19 @@ def load_program(path: Path) -> "Program":
             raise ProgramError(f"program {path}, {_line(error, path)}: {_what(error)}") from error
 
     return run
+
+
+def _entry(module: ModuleType, path: Path) -> Callable[[Any], object]:
+    """The function a program is; raises ``ProgramError`` as ``load_program`` does."""
+    program: Callable[[Any], object] | None = getattr(module, ENTRY, None)
+    if not callable(program):
+        raise ProgramError(f"program {path} has no function {ENTRY}(arm); define one")
+    if iscoroutinefunction(program):
+        raise ProgramError(
+            f"program {path}: {ENTRY} is a coroutine, which nobody would run; write def "
+            f"{ENTRY}(arm), or drive an AsyncArm with connect_async"
+        )
+    return program
 
 
 def _what(error: BaseException) -> str:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from rfms_can.compliance.selection import DIRECTIONS, Selection, SelectionError, parse_bias
 from rfms_can.errors import KinematicsError, ModeError
@@ -12,6 +12,9 @@ from rfms_can.master.force.specification import NO_FORCE, NO_GUARD, Guard
 from rfms_can.master.trajectory.segment import Transition
 from rfms_can.messages import ModeMessage, Vector3, Vector6
 from rfms_can.wire.vocabulary import Mode
+
+FARTHEST_CENTRE: Final = 2.0
+"""Of what the hand holds: how far its centre of mass may be from T6 along each axis, m."""
 
 
 class Limits(NamedTuple):
@@ -117,6 +120,12 @@ def _check(message: ModeMessage) -> None:
             raise ModeError(f"{name}: {what} {number} must be a number more than zero")
     if message.mass is not None and not 0.0 <= message.mass < math.inf:  # also NaN
         raise ModeError(f"{name}: mass {message.mass} must be a number, zero or more")
+    for number in message.mass_centre or ():
+        if not abs(number) <= FARTHEST_CENTRE:  # also NaN
+            raise ModeError(
+                f"{name}: mass centre {message.mass_centre}: {number} m is not within "
+                f"{FARTHEST_CENTRE:g} m of the hand (T6)"
+            )
     if message.segment_time is None and not given:
         raise ModeError(
             f"{name}: give a segment time or a speed (speed, angular_speed, joint_speed)"
