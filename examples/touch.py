@@ -85,7 +85,8 @@ def program(arm: Arm) -> None:
 
     here = arm.transform("here", arm.pose @ TIP)
     arm.wait(arm.move(arm.position("tip here", arm.t6 @ tip == here, tool=tip), press))
-    print(f"pushes with {arm.force[2]:.1f} N, {1e3 * (touched - height(arm)):.2f} mm deeper")
+    force = f"{arm.force[2]:.1f} N" if sensed else f"{FORCE:g} N or so (no sensor)"
+    print(f"pushes with {force}, {1e3 * (touched - height(arm)):.2f} mm deeper")
     arm.wait(arm.move(above, leave))
 
 

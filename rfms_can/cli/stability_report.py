@@ -45,13 +45,15 @@ def _plain(a: Analysis) -> dict[str, Any]:
 def print_pose(study: Study, a: Analysis) -> None:
     """Poles of both loops, and how far they are from instability."""
     console, period = Console(highlight=False), 1.0 / study.rate_hz
-    table = Table(title=f"{study.arm.name}, law {study.law.value}, {study.selection.word}")
-    for heading in ("pole 1/s", "frequency rad/s", "damping", "on the bus", "size"):
-        table.add_column(heading, justify="right")
-    sampled = sorted(a.sampled.tolist(), key=abs, reverse=True)
-    for p, z in zip(a.poles.tolist(), sampled, strict=False):
+    name = f"{study.arm.name}, law {study.law.value}, {study.selection.word}"
+    table = _table(f"{name}: continuous", "pole 1/s", "frequency rad/s", "damping")
+    for p in a.poles.tolist():
         ratio = f"{-p.real / abs(p):.3f}" if abs(p) > 0.0 else "-"
-        table.add_row(_complex(p, 3), f"{abs(p):.3f}", ratio, _complex(z, 4), f"{abs(z):.4f}")
+        table.add_row(_complex(p, 3), f"{abs(p):.3f}", ratio)
+    console.print(table)
+    table = _table(f"{name}: from SYNC to SYNC", "pole", "size")
+    for z in sorted(a.sampled.tolist(), key=abs, reverse=True):
+        table.add_row(_complex(z, 4), f"{abs(z):.4f}")
     console.print(table)
     console.print(f"continuous: {a.verdict.value}, growth {a.growth:.4g} 1/s")
     console.print(
@@ -63,6 +65,13 @@ def print_pose(study: Study, a: Analysis) -> None:
         console.print(conflict, markup=False)
 
 
+def _table(title: str, *headings: str) -> Table:
+    table = Table(title=title)
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    return table
+
+
 def _complex(value: complex, digits: int) -> str:
     imaginary = f" {value.imag:+.{digits}f}j" if abs(value.imag) > 0.5 * 10.0**-digits else ""
     return f"{value.real:.{digits}f}{imaginary}"
@@ -72,17 +81,23 @@ def print_survey(found: Survey) -> None:
     """How many poses are unstable, and the worst of them."""
     console, study = Console(highlight=False), found.study
     total = len(found.analyses)
-    bad = sorted((a for a in found.analyses if a.growth > 0.0), key=lambda a: -a.growth)
+    unstable = [a for a in found.analyses if a.growth > 0.0 or not a.sampled_stable]
+    bad = sorted(((a, float(np.abs(a.sampled).max())) for a in unstable), key=_badness)
     if bad:
-        table = Table(title="fastest growing")
-        for heading in ("joint angles rad", "growth 1/s", "on the bus"):
-            table.add_column(heading, justify="right")
-        for a in bad[:_SHOWN]:
+        shown = min(len(bad), _SHOWN)
+        title = f"the {shown} worst of {len(bad)} that are unstable, continuous or on the bus"
+        table = _table(title, "joint angles rad", "growth 1/s", "on the bus")
+        for a, size in bad[:_SHOWN]:
             angles = " ".join(f"{angle:7.3f}" for angle in a.q)
-            table.add_row(angles, f"{a.growth:.3g}", f"{float(np.abs(a.sampled).max()):.4f}")
+            table.add_row(angles, f"{a.growth:.3g}", f"{size:.4f}")
         console.print(table)
     console.print(
         f"{study.arm.name}, law {study.law.value}, {study.selection.word}: {found.unstable} of "
         f"{total} poses unstable, {found.unstable_sampled} on the bus at {study.rate_hz:g} Hz; "
-        f"C damped at {found.conflicting}"
+        f"near a singularity, where C is bounded: {found.conflicting}"
     )
+
+
+def _badness(pose: tuple[Analysis, float]) -> tuple[float, float]:
+    a, size = pose
+    return -max(a.growth, 0.0), -size

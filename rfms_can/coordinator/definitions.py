@@ -212,8 +212,9 @@ def _single(name: str, what: str, expression: Expression | None) -> str | None:
     if expression is None:
         return None
     if not isinstance(expression, Expression) or len(expression.names) != 1:
+        otherwise = f"all that stands right of {T6}" if what == "tool" else "the tool's frame"
         raise EquationError(
-            f"position {name!r}: {what} {expression!r} must be one transform; leave it out to have "
-            f"all that stands right of {T6}"
+            f"position {name!r}: {what} {expression!r} must be one transform, as arm.transform() "
+            f"defines it; leave it out to have {otherwise}"
         )
     return expression.names[0]
