@@ -22,6 +22,9 @@ WITH_VCAN = [sys.executable, "tools/with-vcan"]
 WORKERS = str(min(4, os.cpu_count() or 1))
 WIDTH = 100
 
+BY_FILE = ["--dist", "loadfile", "--no-loadscope-reorder"]
+"""Tests of a file share their runs; in order of names the longest files do not come last."""
+
 CHECKS = {
     "ruff check": ["ruff", "check", "."],
     "ruff format": ["ruff", "format", "--check", "."],
@@ -30,7 +33,7 @@ CHECKS = {
 }
 TESTS = {
     "fast": ["-m", "not system and not processes and not vcan", "-n", WORKERS],
-    "system": ["-m", "system and not processes and not vcan", "-n", WORKERS, "--dist", "loadfile"],
+    "system": ["-m", "system and not processes and not vcan", "-n", WORKERS, *BY_FILE],
     "processes": ["-m", "processes and not vcan"],
 }
 """pytest's arguments for each group; tests of many processes have the processors to themselves."""
