@@ -13,7 +13,7 @@ import pytest
 from system_run import SHORT
 
 from rfms_can.arm import PUMA_260
-from rfms_can.cli.report import print_result
+from rfms_can.cli.report import print_result, print_rows
 from rfms_can.codec import database_path
 from rfms_can.coordinator import Arm
 from rfms_can.coordinator.stopping import STOPPING_S
@@ -249,3 +249,8 @@ def test_a_result_tells_the_singularities_met_while_complying(
     assert result.as_dict()["reported"] == result.reported
     print_result("near the wrist", result)
     assert f"compliance {words}" in " ".join(capsys.readouterr().err.split())
+
+
+def test_what_stands_in_brackets_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    print_rows([("picture", "none: pip install 'rfms_can[viz]'")])
+    assert "rfms_can[viz]" in capsys.readouterr().err

@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, redi
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Column, Table
+from rich.text import Text
 
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.session import Progress as OnProgress
@@ -88,7 +89,7 @@ def print_rows(rows: Iterable[tuple[str, str]]) -> None:
     """Names and what there is to say of them."""
     run = Table(show_header=False, box=None, padding=(0, 1))
     for name, value in rows:
-        run.add_row(name, value)
+        run.add_row(name, Text(value))  # brackets are no markup
     console.print(run)
 
 
