@@ -32,7 +32,7 @@ def inserted(scene: str, **settings: Any) -> tuple[float, float]:
     return depth, peak
 
 
-@pytest.mark.parametrize("scene", WORSE)
+@pytest.mark.parametrize("scene", [HOLE, *WORSE])
 def test_a_misaligned_peg_goes_in_and_out(scene: str) -> None:
     depth, peak = inserted(scene, sensor="good")
     assert depth > 0.039

@@ -139,6 +139,19 @@ def test_open_loop_moments_of_the_moving_arm_keep_to_their_bounds(scene: str, bo
             assert moment.max() < bound
 
 
+@pytest.mark.parametrize("settings", [{}, {"dither": 0.9}])
+def test_open_loop_moments_in_the_corner_are_small_from_a_fifth_of_a_second_on(
+    settings: dict[str, float],
+) -> None:
+    moments = traced("corner", force_loop="open", **settings)
+    for words, sequence, axes in (("fy rx rz", 4, (3, 5)), ("fx ry rz", 7, (4, 5))):
+        along = [m for m in moments if (m.status.sequence, m.words) == (sequence, words)]
+        for axis in axes:
+            usual = rms(pushed(after(along, 0.2), axis))
+            print(f"open loop, {words}, {settings}: {usual:.3f} N m rms about {'xyz'[axis - 3]}")
+            assert usual < 0.4
+
+
 # --- contact from free motion --------------------------------------------------------------------
 
 
