@@ -59,10 +59,11 @@ class Sheet:
 
     Args:
         title: first line, bold; says what is shown.
-        subtitle: second line; says of which run.
+        subtitle: below it; says of which run.
         shape: rows and columns of panels.
         size: width and height, inches.
         heights: of the rows, relative.
+        subtitle_lines: of the subtitle.
     """
 
     def __init__(
@@ -72,9 +73,11 @@ class Sheet:
         shape: tuple[int, int],
         size: tuple[float, float],
         heights: Sequence[float] | None = None,
+        subtitle_lines: int = 1,
     ) -> None:
         with rc_context(_STYLE):
-            below_titles = (0.0, 0.0, 1.0, 1.0 - 0.66 / size[1])
+            titles = 0.48 + 0.18 * subtitle_lines
+            below_titles = (0.0, 0.0, 1.0, 1.0 - titles / size[1])
             engine = ConstrainedLayoutEngine(rect=below_titles, w_pad=0.08, h_pad=0.06)
             self.figure: Any = Figure(figsize=size, layout=engine)
             grid = self.figure.subplots(
@@ -108,6 +111,20 @@ class Sheet:
             loc="upper right",
             bbox_to_anchor=(1.0 - 0.06 / width, 1.0 - 0.3 / height),
             ncols=len(labels),
+            frameon=False,
+            fontsize=9.5,
+            labelcolor=INK,
+            handlelength=1.6,
+            columnspacing=1.2,
+        )
+
+    def legend_below(self, handles: Sequence[Any], labels: Sequence[str], columns: int) -> None:
+        """One legend for the sheet, under the panels."""
+        self.figure.legend(
+            handles,
+            labels,
+            loc="outside lower left",
+            ncols=columns,
             frameon=False,
             fontsize=9.5,
             labelcolor=INK,

@@ -5,7 +5,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 import typer
@@ -30,6 +30,11 @@ from rfms_can.compliance import Selection
 from rfms_can.errors import RfmsError
 from rfms_can.transform import Transform
 
+POINTS: Final = 61
+"""A side of the grid."""
+FARTHEST_TOOL: Final = 10.0
+"""Of a compliance frame from T6, along each axis, m."""
+
 
 def stability(
     *,
@@ -47,7 +52,9 @@ def stability(
     ] = "",
     path: Annotated[Path | None, typer.Option(help="file with six angles (rad) a line")] = None,
     grid: Annotated[str, typer.Option(help="two joints to vary over their ranges, e.g. 2,3")] = "",
-    points: Annotated[int, typer.Option(help="of the grid, along either side")] = 61,
+    points: Annotated[
+        int | None, typer.Option(help="of the grid, along either side; 61 if absent")
+    ] = None,
     random: Annotated[int, typer.Option(help="so many poses drawn from the joint ranges")] = 0,
     seed: Annotated[int, typer.Option(help="of the random poses")] = 1,
     natural: Annotated[
@@ -98,11 +105,18 @@ def stability(
         raise RfmsError("give one of --pose, --path, --grid and --random")
     if plot is not None and not grid:
         raise RfmsError("--plot draws a map: give --grid, e.g. --grid 2,3")
-    base = parse_pose(pose) if pose else study.arm.park
+    if points is not None and not grid:
+        raise RfmsError("--points are of a grid: give --grid, e.g. --grid 2,3")
+    base = parse_pose(pose, study.arm) if pose else study.arm.park
     if grid:
-        found = _grid(study, grid_poses(study.arm, _joints(grid), points, base), plot, as_json)
+        a_side = POINTS if points is None else points
+        found = _grid(study, grid_poses(study.arm, _joints(grid), a_side, base), plot, as_json)
     elif path is not None or random:
-        poses = path_poses(path) if path is not None else random_poses(study.arm, random, seed)
+        poses = (
+            path_poses(path, study.arm)
+            if path is not None
+            else random_poses(study.arm, random, seed)
+        )
         found = _survey(study, poses, as_json)
     else:
         analysis = Analyst(study).analyse(base, margin=True)
@@ -119,9 +133,11 @@ def frame_of(text: str) -> Transform:
     """The compliance frame a flag names.
 
     Raises:
-        RfmsError: it is not one, three or six numbers.
+        RfmsError: it is not one, three or six numbers, or too far away.
     """
     numbers = _numbers(text, "tool")
+    if any(abs(way) > FARTHEST_TOOL for way in numbers[:3]):
+        raise RfmsError(f"tool {text!r} is not within {FARTHEST_TOOL:g} m of the hand (T6)")
     if len(numbers) == 1:
         return Transform.translation(0.0, 0.0, numbers[0])
     if len(numbers) == 3:

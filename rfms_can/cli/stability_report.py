@@ -37,6 +37,7 @@ def _plain(a: Analysis) -> dict[str, Any]:
         "poles": [[p.real, p.imag] for p in a.poles.tolist()],
         "sampled": [[p.real, p.imag] for p in a.sampled.tolist()],
         "sampled_stable": a.sampled_stable,
+        "on_the_bus": a.on_the_bus.value,
         "margin": a.margin if a.margin is None or np.isfinite(a.margin) else None,
         "conflicts": list(a.conflicts),
     }
@@ -57,7 +58,7 @@ def print_pose(study: Study, a: Analysis) -> None:
     console.print(table)
     console.print(f"continuous: {a.verdict.value}, growth {a.growth:.4g} 1/s")
     console.print(
-        f"on the bus at {study.rate_hz:g} Hz: {'stable' if a.sampled_stable else 'unstable'}; "
+        f"on the bus at {study.rate_hz:g} Hz: {a.on_the_bus.value}; "
         f"unstable from {a.margin:.3g} times the natural frequency on; "
         f"a joint alone from {largest_frequency(period, study.damping_ratio):.4g} rad/s on"
     )

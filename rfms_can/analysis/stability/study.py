@@ -33,8 +33,8 @@ from rfms_can.wire.vocabulary import Parameter
 
 Matrix = npt.NDArray[np.float64]
 
-_FASTEST: Final = 1e4
-"""Largest natural frequency, rad/s."""
+_SLOWEST, _FASTEST = 1e-2, 1e4
+"""Natural frequencies there may be, rad/s."""
 _NONE: Final = Selection()
 _AT_T6: Final = Transform.identity()
 
@@ -78,11 +78,10 @@ class Study:
     def __post_init__(self) -> None:
         friction_set(self.arm, self.friction)
         if self.natural and (
-            len(self.natural) != 6 or not all(0.0 < wn <= _FASTEST for wn in self.natural)
+            len(self.natural) != 6 or not all(_SLOWEST <= wn <= _FASTEST for wn in self.natural)
         ):
             raise RfmsError(
-                f"natural frequencies {self.natural}: give six, above 0 and up to "
-                f"{_FASTEST:g} rad/s"
+                f"natural frequencies {self.natural}: give six, {_SLOWEST:g} to {_FASTEST:g} rad/s"
             )
         for name, value, low, high in (
             ("damping ratio", self.damping_ratio, 1e-3, 100.0),
@@ -109,7 +108,7 @@ class Analysis:
         verdict: what they say.
         growth: largest real part, 1/s.
         sampled: eighteen poles of the loop on the bus, per period.
-        sampled_stable: whether that loop is stable.
+        sampled_stable: whether that loop is stable, or drifts.
         margin: how many times faster the servo could be before the sampled loop is unstable; None
             if it was not asked for.
         conflicts: directions that cannot be had apart here.
@@ -123,6 +122,13 @@ class Analysis:
     sampled_stable: bool
     margin: float | None
     conflicts: tuple[str, ...]
+
+    @property
+    def on_the_bus(self) -> Verdict:
+        """What the sampled poles say; the loop drifts where the continuous one does."""
+        if not self.sampled_stable:
+            return Verdict.UNSTABLE
+        return Verdict.DRIFTS if self.verdict is Verdict.DRIFTS else Verdict.STABLE
 
 
 class Analyst:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from random import Random
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from rfms_can.errors import RfmsError
 
 Pose = tuple[float, ...]
 Advance = Callable[[], None]
-
-_LARGEST: Final = 100.0
-"""Largest joint angle of a path, rad."""
 
 
 class Survey(NamedTuple):
@@ -113,11 +110,11 @@ def random_poses(arm: Arm, count: int, seed: int) -> tuple[Pose, ...]:
     )
 
 
-def path_poses(path: Path) -> tuple[Pose, ...]:
+def path_poses(path: Path, arm: Arm) -> tuple[Pose, ...]:
     """Poses of a file: six angles a line, rad, apart by blanks or commas; # begins a comment.
 
     Raises:
-        RfmsError: the file cannot be read, or a line is no pose.
+        RfmsError: the file cannot be read, or a line is no pose of the arm.
     """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -127,28 +124,32 @@ def path_poses(path: Path) -> tuple[Pose, ...]:
     for number, line in enumerate(lines, start=1):
         words = re.split(r"[\s,]+", line.split("#")[0].strip(" ,\t"))
         if words != [""]:
-            poses.append(_pose(words, f"path {path}, line {number}"))
+            poses.append(_pose(words, arm, f"path {path}, line {number}"))
     if not poses:
         raise RfmsError(f"path {path} has no pose: give six angles (rad) a line")
     return tuple(poses)
 
 
-def parse_pose(text: str) -> Pose:
+def parse_pose(text: str, arm: Arm) -> Pose:
     """Six angles, rad, apart by commas or blanks.
 
     Raises:
-        RfmsError: it is not six numbers of a possible size.
+        RfmsError: it is not six numbers, each in the range of its joint.
     """
-    return _pose(re.split(r"[\s,]+", text.strip(" ,")), "pose")
+    return _pose(re.split(r"[\s,]+", text.strip(" ,")), arm, "pose")
 
 
-def _pose(words: Sequence[str], where: str) -> Pose:
+def _pose(words: Sequence[str], arm: Arm, where: str) -> Pose:
     try:
         q = tuple(float(word) for word in words)
     except ValueError:
         q = ()
-    if len(q) != JOINTS or not all(abs(angle) <= _LARGEST for angle in q):
-        raise RfmsError(
-            f"{where}: {' '.join(words)!r} is no pose: give six angles in rad, {_LARGEST:g} at most"
-        )
+    if len(q) != JOINTS:
+        raise RfmsError(f"{where}: {' '.join(words)!r} is no pose: give six angles in rad")
+    for joint, (angle, (lower, upper)) in enumerate(zip(q, arm.joint_limits, strict=True), 1):
+        if not lower <= angle <= upper:  # also NaN
+            raise RfmsError(
+                f"{where}: joint {joint} of {arm.name} at {angle:g} rad is not in its range, "
+                f"{lower:.4g} to {upper:.4g}"
+            )
     return q
