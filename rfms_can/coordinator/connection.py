@@ -10,12 +10,13 @@ from rfms_can.coordinator.aio import AsyncArm
 from rfms_can.coordinator.aio_remote import AsyncRemoteLink
 from rfms_can.coordinator.arm import Arm
 from rfms_can.coordinator.remote import RemoteLink
+from rfms_can.coordinator.stopping import wait_for_rest, wait_for_rest_async
 from rfms_can.errors import RfmsError
 from rfms_can.link.address import DEFAULT_NAME
 from rfms_can.link.aio import AsyncClientSocket
 from rfms_can.link.client import ClientSocket
 from rfms_can.link.keys import ClientKeys
-from rfms_can.messages import AtRest, EmergencyStop, Status
+from rfms_can.messages import EmergencyStop, Status
 
 LEASE_S: Final = 1.0
 
@@ -54,7 +55,7 @@ def connect(
         link.acquire()
         try:
             yield Arm(link)
-            link.wait(AtRest())
+            wait_for_rest(link)
         except BaseException:
             with suppress(RfmsError):  # what ended the program matters more; the lease lapses
                 link.stop_moving()
@@ -82,7 +83,7 @@ async def connect_async(
             await link.acquire()
             try:
                 yield AsyncArm(link)
-                await link.wait(AtRest())
+                await wait_for_rest_async(link)
             except BaseException:
                 with suppress(RfmsError):  # what ended the program matters more; the lease lapses
                     await link.stop_moving()

@@ -6,11 +6,10 @@ server makes them again, and those that need the world model.
 """
 
 from collections.abc import Mapping
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Final, Literal
 
-import msgspec
-
-from rfms_can.compliance.selection import Selection, parse_bias
+from rfms_can.compliance.selection import Selection, SelectionError, parse_bias
+from rfms_can.coordinator.checked import checked
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.errors import (
@@ -27,7 +26,6 @@ from rfms_can.messages import (
     FeedRequest,
     GripperRequest,
     LockRequest,
-    Message,
     ModeMessage,
     MoveRequest,
     PositionMessage,
@@ -40,7 +38,6 @@ IDENTITY: Final = Transform.identity()
 TARE_S: Final = 0.6
 """How long a tare takes at most, s."""
 Predict = Literal["hold", "velocity"]
-Checked = TypeVar("Checked", bound=Message)
 
 
 def value(name: str, pose: Transform) -> TransformMessage:
@@ -175,26 +172,16 @@ def feed(rate: float) -> FeedRequest:
 
 def comply(word: str, values: tuple[float, ...]) -> ComplyRequest:
     """Directions to comply in, with their bias forces; ``SelectionError`` as the server raises."""
+    request = checked(ComplyRequest(word, list(values)), SelectionError, f"comply {word!r}")
     parse_bias(word, values)
-    return ComplyRequest(word, list(values))
+    return request
 
 
 def lock(word: str) -> LockRequest:
     """Directions not to comply in any more; ``SelectionError`` as the server raises."""
+    request = checked(LockRequest(word), SelectionError, f"lock {word!r}")
     Selection.parse(word)
-    return LockRequest(word)
-
-
-def checked(message: Checked, error_class: type[ProgramError], what: str) -> Checked:
-    """The message as the server would read it.
-
-    Raises:
-        ProgramError: of the class given: a field is of a wrong type or out of bounds.
-    """
-    try:
-        return msgspec.convert(msgspec.to_builtins(message), type=type(message))
-    except (msgspec.ValidationError, TypeError) as error:
-        raise error_class(f"{what}: {error}") from error
+    return request
 
 
 def _transform(message: TransformMessage) -> TransformMessage:

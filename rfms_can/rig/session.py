@@ -10,13 +10,13 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rfms_can.coordinator import Arm
-from rfms_can.coordinator.stopping import stopped
+from rfms_can.coordinator.stopping import stopped, wait_for_rest
 from rfms_can.errors import FaultError
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
 from rfms_can.master.settings import Clock
 from rfms_can.master.supervisor import Supervisor
-from rfms_can.messages import AtRest, StopRequest
+from rfms_can.messages import StopRequest
 from rfms_can.rig.link import DirectLink
 from rfms_can.rig.realtime import ThreadedPump
 from rfms_can.rig.result import RunResult, discarded_frames, joint_results
@@ -123,7 +123,7 @@ class Session:
         try:
             self.bring_up()
             program(Arm(self.link))
-            self.link.wait(AtRest())
+            wait_for_rest(self.link)
         except FaultError:
             self.coast(HALT_CYCLES)
             raise

@@ -1,0 +1,43 @@
+"""A message checked as the server would read it, and the complaint a program gets."""
+
+import re
+from typing import Any, Final, TypeVar
+
+import msgspec
+
+from rfms_can.errors import ProgramError
+from rfms_can.messages import Message
+
+Checked = TypeVar("Checked", bound=Message)
+
+_PLACE: Final = re.compile(r"(?P<what>.*) - at (?:`key` in )?`\$(?P<place>[^`]*)`")
+_STEP: Final = re.compile(r"\.(\w+)|\[([^\]]+)\]")
+
+
+def checked(message: Checked, error_class: type[ProgramError], what: str) -> Checked:
+    """The message as the server would read it.
+
+    Raises:
+        ProgramError: of the class given: a field is of a wrong type or out of bounds.
+    """
+    try:
+        plain = msgspec.to_builtins(message)
+    except TypeError as error:
+        raise error_class(f"{what}: {error}") from error
+    try:
+        return msgspec.convert(plain, type=type(message))
+    except msgspec.ValidationError as error:
+        raise error_class(f"{what}: {_with_value(str(error), plain)}") from error
+
+
+def _with_value(complaint: str, plain: Any) -> str:
+    """What msgspec says is wrong, and of which value: it names the place alone."""
+    found = _PLACE.fullmatch(complaint)
+    if found is None:
+        return complaint
+    value, place = plain, found["place"]
+    for name, index in _STEP.findall(place):
+        if index == "...":  # one of the values of a table
+            break
+        value = value[name] if name else value[int(index)]
+    return f"{place.lstrip('.')} {value!r}: {found['what'].lower()}"
