@@ -1,7 +1,11 @@
 """The bias force as joint torques: virtual work, slew, and the loop closed over the bus."""
 
 import math
+import random
 from collections import deque
+from collections.abc import Iterable, Sequence
+from itertools import count, repeat
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,13 +18,18 @@ from rfms_can.compliance import Selection, compliance_jacobian
 from rfms_can.kinematics import jacobian
 from rfms_can.master.force.bias import (
     BIAS_PART,
+    DEAD_BAND,
+    FORGET_S,
     INTEGRAL_LIMIT,
     INTEGRAL_RATE,
     PASSAGE_S,
     PROPORTIONAL,
     SLEW_PART,
+    TOUCH,
     BiasForce,
 )
+from rfms_can.master.force.felt import TARE_CYCLES
+from rfms_can.plant.wrist_sensor import GOOD
 from rfms_can.transform import Transform
 
 Matrix = NDArray[np.float64]
@@ -30,6 +39,8 @@ LIMITS = [drive.torque_limit for drive in PUMA_260.drives]
 ALL = Selection(*(True,) * 6)
 NOTHING = (0.0,) * 6
 FORCE = (4.0, -3.0, 10.0, 0.2, -0.1, 0.1)
+GIVES_WAY = (1.01, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Felt, N and N m, of what is barely touched and gives way to every force."""
 six = st.tuples(*[st.floats(-20.0, 20.0)] * 6)
 
 
@@ -197,10 +208,10 @@ def test_the_margin_is_where_it_is_said_to_be(
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_integral_of_a_force_that_cannot_be_has_a_limit(sign: float) -> None:
-    """Nothing is touched: the correction stays bounded, and goes back as soon as it may."""
+    """What is touched gives way: the correction has a bound, and goes back as soon as it may."""
     bias, J = BiasForce([1e6] * 6, T, closed=True), at()
     for _ in range(5000):
-        bias.push(J, ALL, tuple(sign * f for f in FORCE), NOTHING)
+        bias.push(J, ALL, tuple(sign * f for f in FORCE), tuple(sign * f for f in GIVES_WAY))
     most = [abs(f) * (1.0 + PROPORTIONAL) + i for f, i in zip(FORCE, INTEGRAL_LIMIT, strict=True)]
     asked = np.linalg.solve(J.T, bias.torque)
     assert (np.abs(asked) <= np.array(most) + 1e-9).all()
@@ -210,10 +221,10 @@ def test_the_integral_of_a_force_that_cannot_be_has_a_limit(sign: float) -> None
 
 
 def test_no_joint_is_asked_for_more_than_its_part_and_the_force_keeps_its_direction() -> None:
-    """Nothing is touched: the integral stops where the first joint gives what it can."""
+    """What is touched gives way: the integral stops where the first joint gives what it can."""
     bias, J = BiasForce(LIMITS, T, closed=True), at()
     for _ in range(5000):
-        bias.push(J, ALL, FORCE, NOTHING)
+        bias.push(J, ALL, FORCE, GIVES_WAY)
         assert (np.abs(bias.torque) <= BIAS_PART * np.array(LIMITS) * (1.0 + 1e-9)).all()
     share = np.abs(bias.torque) / LIMITS
     assert share.max() == pytest.approx(BIAS_PART)
@@ -262,8 +273,67 @@ def test_the_integrals_rate_does_not_depend_on_the_control_rate() -> None:
         bias = BiasForce([1e6] * 6, period, closed=True)
         J = np.eye(6)
         for _ in range(round(seconds / period)):
-            bias.push(J, ALL, FORCE, NOTHING)
+            bias.push(J, ALL, FORCE, GIVES_WAY)
         reached.append(bias.torque[2])
     expected = FORCE[2] * (1.0 + PROPORTIONAL + INTEGRAL_RATE * seconds)
     assert reached == pytest.approx([expected] * 3)
     assert math.isfinite(expected)
+
+
+# --- in the air, and with no force asked for -----------------------------------------------------
+
+
+def closed(cycles: int, force: tuple[float, ...], felt: Iterable[Sequence[float]]) -> BiasForce:
+    """A closed loop after some cycles."""
+    bias, J = BiasForce([1e6] * 6, T, closed=True), at()
+    for _, now in zip(range(cycles), felt, strict=False):
+        bias.push(J, ALL, force, now)
+    return bias
+
+
+def test_in_the_air_a_force_is_asked_for_as_it_is_with_no_integral() -> None:
+    """So an arm that looks for contact goes no faster, however long it looks."""
+    bias = closed(5000, FORCE, repeat(NOTHING))
+    expected = (1.0 + PROPORTIONAL) * (at().T @ FORCE)
+    assert bias.torque.tolist() == pytest.approx(expected.tolist())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_a_tare_leaves_over_and_noise_send_a_free_arm_nowhere(seed: int) -> None:
+    """A minute with no force asked for, the readings those of a tared sensor."""
+    draw, noise = random.Random(seed), GOOD.noise
+    left = [draw.gauss(0.0, n / math.sqrt(TARE_CYCLES)) for n in noise]
+    readings = ([m + draw.gauss(0.0, n) for m, n in zip(left, noise, strict=True)] for _ in count())
+    bias = closed(15000, NOTHING, readings)
+    force = np.linalg.solve(at().T, bias.torque)
+    assert (np.abs(force) < 0.1 * np.array(TOUCH)).all()
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 5))
+@settings(max_examples=40)
+def test_beside_a_contact_too_an_error_within_the_dead_band_is_none(parts: Any) -> None:
+    """Pressing along z, which is rigid here, and with no force asked for along the others."""
+    x, y, *turns = (part * band for part, band in zip(parts, np.delete(DEAD_BAND, 2), strict=True))
+    bias, J, others = BiasForce(LIMITS, T, closed=True), at(), Selection.parse("fx fy rx ry rz")
+    for _ in range(500):
+        bias.push(J, others, NOTHING, (x, y, 20.0, *turns))
+    assert bias.torque.tolist() == [0.0] * 6
+
+
+def test_the_integral_goes_where_nothing_is_felt_any_more() -> None:
+    """What friction needed at the wall would push an arm on that has left it."""
+    left = round(FORGET_S / T)
+    felt = [*[(4.0, 0.0, 0.0, 0.0, 0.0, 0.0)] * 200, *[NOTHING] * left]
+    before, after = (
+        np.linalg.solve(at().T, closed(n, NOTHING, felt).torque)[0] for n in (200, 200 + left)
+    )
+    pushed = 4.0 - DEAD_BAND[0]
+    assert before == pytest.approx(-pushed * (PROPORTIONAL + INTEGRAL_RATE * 200 * T))
+    assert after == pytest.approx(-pushed * INTEGRAL_RATE * 200 * T / math.e)
+
+
+def test_a_force_of_none_is_reached_to_within_what_counts_as_contact() -> None:
+    hidden = (2.0, 1.0, -5.0, 0.3, 0.0, -0.1)
+    bias, contact = BiasForce([1e6] * 6, T, closed=True), Contact(hidden)
+    felt = np.abs(run(bias, contact, NOTHING, 1500))[-1]
+    assert (felt < 1.1 * np.array(TOUCH)).all()  # the bus is three periods late

@@ -87,6 +87,46 @@ def test_open_loop_at_rest_friction_decides(dither: float) -> None:
         assert np.abs(force - BIAS).max() < 28.0
 
 
+# --- nothing to follow ---------------------------------------------------------------------------
+
+
+def floating(arm: Arm) -> None:
+    """Comply in every direction, in the air, for twenty seconds."""
+    known = example("follow_surface")
+    tip = arm.transform("tip", known.TIP)
+    place = arm.transform("in the air", known.PLACE @ known.DOWN @ _down(-0.05))
+    there = arm.position("there", arm.t6 @ tip == place, tool=tip)
+    load = {"mass": known.TOOL_MASS, "mass_centre": known.TOOL_CENTRE}
+    arm.wait(arm.move(there, arm.mode("go", segment_time=1.5, acceleration_time=0.3, **load)))
+    arm.tare()
+    arm.comply("fx fy fz rx ry rz", *[0.0] * 6)
+    arm.wait(arm.move(there, arm.mode("stay", segment_time=0.5, acceleration_time=0.1)))
+    arm.sleep(20.0)
+
+
+@pytest.mark.parametrize(
+    ("friction", "settings", "bound"),
+    [
+        ("thesis", {"seed": 1}, 5e-4),
+        ("thesis", {"seed": 2, "dither": 0.9}, 5e-4),
+        # What the DACs round of the arm's weight moves one without friction, in either loop.
+        ("none", {"seed": 3}, 5e-3),
+        ("none", {"seed": 3, "force_loop": "open"}, 5e-3),
+    ],
+)
+def test_a_free_arm_that_complies_stays_where_it_is(
+    friction: str, settings: dict[str, Any], bound: float
+) -> None:
+    """What a tare has left over, and the sensor's noise, are no force."""
+    moments = run(floating, "surface", friction=friction, sensor="good", **settings)
+    floats = [m for m in moments if m.status.complying]
+    tips = np.array([(tip.px, tip.py, tip.pz) for tip in (m.truth.tip for m in floats)])
+    way = np.linalg.norm(tips - tips[0], axis=1).max()
+    print(f"{friction} {settings}: {1e3 * way:.2f} mm in {len(floats) * 0.004:.0f} s")
+    assert len(floats) > 5000
+    assert way < bound
+
+
 # --- a corner ------------------------------------------------------------------------------------
 
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from force_rig import PushedFleet
 
+from rfms_can.arm.wrist import FORCE_RANGE
 from rfms_can.compliance import SelectionError
 from rfms_can.errors import MoveError, ProgramError
 from rfms_can.kinematics import direct
+from rfms_can.master.force.felt import TARE_CYCLES
 from rfms_can.master.report import status_of
 from rfms_can.messages import PositionMessage, TareRequest, TransformMessage
 from rfms_can.transform import Transform
@@ -60,6 +62,31 @@ def test_a_stop_condition_that_holds_already_is_refused_with_a_sensor(wire: Wire
     assert status_of(fleet.master).guard is None
 
 
+def test_a_loop_is_not_closed_over_a_sensor_that_was_not_tared(wire: Wire) -> None:
+    fleet = PushedFleet(wire, friction="none", sensor="good", force_loop="closed")
+    fleet.enable()
+    reason = r"'there 1' .*complies in fx rz with the force loop closed .*not tared.*: tare first"
+    with pytest.raises(MoveError, match=reason):
+        fleet.move(comply={"fx": 0.0, "rz": 0.0})
+    fleet.settle(fleet.move())  # nothing complies
+    fleet.run(30)
+    fleet.master.handle(TareRequest())
+    with pytest.raises(MoveError, match="tare first"):
+        fleet.move(comply={"fx": 0.0})  # it is not over yet
+    fleet.run(TARE_CYCLES)
+    fleet.settle(fleet.move(comply={"fx": 0.0}))
+    assert fleet.master.fault is None
+
+
+@pytest.mark.parametrize("settings", [{"force_loop": "open"}, {"law": "position"}])
+def test_what_no_loop_is_closed_over_need_not_be_tared(
+    wire: Wire, settings: dict[str, str]
+) -> None:
+    fleet = PushedFleet(wire, friction="none", sensor="good", **settings)
+    fleet.enable()
+    assert fleet.move(comply={"fx": 0.0}) == 1
+
+
 def test_a_reading_that_is_lost_is_not_made_up(wire: Wire) -> None:
     fleet = PushedFleet(wire, friction="none", sensor="ideal")
     fleet.plant.physics.sample_force = lambda: [0.0, 0.0, 5.0, 0.0, 0.0, 0.0]  # type: ignore[method-assign]
@@ -84,6 +111,32 @@ def test_a_stop_force_below_what_friction_hides_is_refused_without_a_sensor(wire
     found = re.search(reason, str(refused.value))
     assert found is not None
     assert fleet.move(stop_on_force={"fz": 1.01 * float(found.group(1))}) == 1
+
+
+def test_a_stop_distance_no_encoder_can_tell_is_refused(fleet: PushedFleet) -> None:
+    reason = r"stop on distance dx 1e-09: one count of each encoder is up to (\S+) there"
+    with pytest.raises(MoveError, match=reason) as refused:
+        fleet.move(stop_on_distance={"dx": 1e-9})
+    found = re.search(reason, str(refused.value))
+    assert found is not None
+    least = float(found.group(1))
+    assert 1e-5 < least < 1e-3
+    assert fleet.move(stop_on_distance={"dx": 1.1 * least}) == 1
+
+
+@pytest.mark.parametrize("sensor", ["none", "ideal"])
+def test_a_stop_force_that_is_never_felt_is_refused(wire: Wire, sensor: str) -> None:
+    """Beyond the range of the sensor, or of what the motors can make it guess."""
+    fleet = PushedFleet(wire, friction="none", sensor=sensor)
+    fleet.enable()
+    fleet.run(3)
+    reason = r"stop on force fz 1e\+06: no more than (\d+\.?\d*) is ever felt there; give less"
+    with pytest.raises(MoveError, match=reason) as refused:
+        fleet.move(stop_on_force={"fz": 1e6})
+    found = re.search(reason, str(refused.value))
+    assert found is not None
+    assert sensor == "none" or float(found.group(1)) == FORCE_RANGE
+    assert fleet.move(stop_on_force={"fz": 0.99 * float(found.group(1))}) == 1
 
 
 @pytest.mark.parametrize("word", ["", "fx fw", "fx fx"])

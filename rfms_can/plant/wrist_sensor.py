@@ -11,12 +11,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
+from rfms_can.arm.wrist import SENSOR_RANGE
 from rfms_can.errors import PlantError
 from rfms_can.transform import Vector6
-
-FORCE_RANGE: Final = 400.0  # N; P: size of the JR3 and Lord sensors of the time
-TORQUE_RANGE: Final = 40.0  # Nm
-_RANGES: Final = (FORCE_RANGE,) * 3 + (TORQUE_RANGE,) * 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +64,7 @@ class WristSensor:
         return [
             min(max(scale * value + bias + (gauss(0.0, noise) if noise else 0.0), -limit), limit)
             for value, scale, bias, noise, limit in zip(
-                truth, errors.scale, errors.bias, errors.noise, _RANGES, strict=True
+                truth, errors.scale, errors.bias, errors.noise, SENSOR_RANGE, strict=True
             )
         ]
 

@@ -8,8 +8,15 @@ import msgspec
 
 from rfms_can.analysis.campaign.job import FRICTIONS, TASKS, Job, groups_of
 from rfms_can.errors import RfmsError
-from rfms_can.master.force.bias import INTEGRAL_RATE, PROPORTIONAL
+from rfms_can.master.force.bias import (
+    DEAD_BAND,
+    FORGET_S,
+    INTEGRAL_RATE,
+    PROPORTIONAL,
+    TOUCH,
+)
 from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.messages import Vector6
 from rfms_can.plant.scene.peg_in_hole import PegInHole
 from rfms_can.rig.gains import gains
 
@@ -24,6 +31,8 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             law takes the two numbers above on the arm's inertia at each pose instead of kp and kd.
         compliant_damping: of the directions that comply, 1/s.
         proportional, integral_rate: of the force loop where it is closed, 1 and 1/s.
+        dead_band, touch: errors that are none to it, and what it takes for contact, N and N m.
+        forget_s: time constant with which its integral goes where nothing is felt, s.
         stiffness: of the contact, N/m.
         sliding: its coefficient of friction.
         radius, clearance, chamfer: of the peg and the hole, m.
@@ -43,6 +52,9 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
     compliant_damping: float
     proportional: float
     integral_rate: float
+    dead_band: Vector6
+    touch: Vector6
+    forget_s: float
     stiffness: float
     sliding: float
     radius: float
@@ -78,6 +90,9 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             compliant_damping=COMPLIANT_DAMPING,
             proportional=PROPORTIONAL,
             integral_rate=INTEGRAL_RATE,
+            dead_band=DEAD_BAND,
+            touch=TOUCH,
+            forget_s=FORGET_S,
             stiffness=contact.stiffness,
             sliding=contact.friction,
             radius=peg.radius,
@@ -118,8 +133,11 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             f"K_p {joints(self.kp, 1)} Nm/rad",
             f"K_i {joints(self.ki, 0)} Nm/(rad s)",
             f"K_d {joints(self.kd, 2)} Nms/rad",
-            f"what complies is damped by {self.compliant_damping:g}/s; a closed loop asks for "
-            f"f + {self.proportional:g} e + {self.integral_rate:g}/s ∫e dt",
+            f"what complies is damped by {self.compliant_damping:g}/s",
+            f"a closed loop asks for f + {self.proportional:g} e + {self.integral_rate:g}/s ∫e dt; "
+            f"where f is 0, {self.dead_band[0]:g} N and {self.dead_band[3]:g} N m of e are none; "
+            f"in the air, below {self.touch[0]:g} N and {self.touch[3]:g} N m, the integral goes "
+            f"within {self.forget_s:g} s",
         ]
 
 

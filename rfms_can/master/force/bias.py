@@ -3,9 +3,12 @@
 Open loop, tau = J^T S F: what reaches the environment is uncertain by the friction. Closed over the
 wrist sensor, tau = J^T S (F + k_p e + k_i int e) with e = F - what is felt. In contact a torque
 becomes a force at once, whatever the stiffness: so the integral does the work, and its gain is
-bounded by the delay of the bus alone (three periods from a torque to its reading).
+bounded by the delay of the bus alone (three periods from a torque to its reading). In the air the
+integral of whatever a tare has left over would send the arm off: it works in contact only, and on
+what a dead band leaves of the error where no force is asked for.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Final
 
@@ -24,6 +27,14 @@ MOMENT_PART: Final = 0.25
 """Part of it that moments have: with all of it a block on a wall rocks from one edge to another."""
 INTEGRAL_LIMIT: Final[Vector6] = (60.0, 60.0, 60.0, 8.0, 8.0, 8.0)
 """Largest correction, N and N m: what friction may need."""
+DEAD_BAND: Final[Vector6] = (0.3, 0.3, 0.3, 0.05, 0.05, 0.05)
+"""Error that is none, N and N m: three deviations of a good sensor's noise, and what it does to the
+moments about a tool 0.16 m from it."""
+TOUCH: Final[Vector6] = (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)
+"""What is felt in contact, N and N m, along one axis or another."""
+FORGET_S: Final = 0.2
+"""Time constant, s, with which the integral goes where nothing is felt: what friction needed there
+would push a free arm on."""
 PASSAGE_S: Final = 0.1
 """Time, s, from a change of what complies until the loop closes: what the joints pressed with while
 they were rigid goes out first, and the integral would answer it."""
@@ -36,6 +47,9 @@ SLEW_PART: Final = 0.007
 class BiasForce:
     """Joint torques of a force to be exerted.
 
+    Where nothing is felt the integral of a closed loop fades; where no force is asked for an error
+    within the dead band is none.
+
     Args:
         torque_limits: of the joints, Nm.
         period_s: control period, s.
@@ -46,13 +60,16 @@ class BiasForce:
     """
 
     __slots__ = (
+        "_band",
         "_closed",
         "_integral",
+        "_kept",
         "_limit",
         "_most",
         "_passage",
         "_rate",
         "_slew",
+        "_touch",
         "_wait",
         "torque",
     )
@@ -62,6 +79,8 @@ class BiasForce:
         self._most = BIAS_PART * np.array(torque_limits)
         self._rate = INTEGRAL_RATE * period_s * np.repeat((1.0, MOMENT_PART), 3)
         self._limit = np.array(INTEGRAL_LIMIT)
+        self._band, self._touch = np.array(DEAD_BAND), np.array(TOUCH)
+        self._kept = math.exp(-period_s / FORGET_S)
         self._passage = round(PASSAGE_S / period_s)
         self._closed = closed
         self.reset()
@@ -98,9 +117,14 @@ class BiasForce:
             self._wait = max(0, self._wait - 1)
             self._towards(self._within(J.T @ np.where(selection.mask, asked, 0.0)))
             return
-        missing = np.where(selection.mask, asked - np.asarray(felt), 0.0)
+        have = np.asarray(felt)
+        missing = np.where(selection.mask, asked - have, 0.0)
+        missing -= np.where(asked == 0.0, np.clip(missing, -self._band, self._band), 0.0)
         before = self._integral
-        grown = np.clip(before + self._rate * missing, -self._limit, self._limit)
+        if (np.abs(have) > self._touch).any():
+            grown = np.clip(before + self._rate * missing, -self._limit, self._limit)
+        else:
+            grown = self._kept * before
         asked = asked + PROPORTIONAL * missing + grown
         wanted = J.T @ np.where(selection.mask, asked, 0.0)
         possible = self._within(wanted)

@@ -24,7 +24,7 @@ from rfms_can.master.force.bias import BiasForce
 from rfms_can.master.force.comply import Comply
 from rfms_can.master.force.felt import Felt
 from rfms_can.master.force.guards import Guards
-from rfms_can.master.force.refusal import too_heavy, too_strong, trips_at_once
+from rfms_can.master.force.refusal import too_heavy, too_strong, untared, useless
 from rfms_can.master.force.specification import (
     NO_FORCE,
     RIGID,
@@ -88,7 +88,7 @@ class ForceControl:
     def __init__(self, arm: Arm, math: MathProcessor, settings: Settings, period_s: float) -> None:
         self._arm = arm
         self._math = math
-        self._law = settings.law
+        self._law, self._closed = settings.law, settings.closed
         self._Kp = np.array(settings.Kp)
         self._period = period_s
         self._fades = tuple(
@@ -163,6 +163,10 @@ class ForceControl:
         """
         specification = asked.specification
         load, guarded = specification.load, specification.guard.active
+        if self._closed and self._law is not ControlLaw.POSITION:
+            astray = untared(specification.selection, self.felt)
+            if astray:
+                return astray
         if not guarded and specification.bias == NO_FORCE and load is None:
             return None
         T6 = direct(self._arm, theta)
@@ -172,7 +176,7 @@ class ForceControl:
         return (
             too_heavy(at_T6, load, T6, limits)
             or too_strong(compliance_jacobian(at_T6, frame), specification.bias, limits)
-            or trips_at_once(specification.guard, self.felt, at_T6, frame, rests)
+            or useless(specification.guard, self.felt, at_T6, frame, self._arm, rests)
         )
 
     def follow(self, theta: Joints) -> tuple[float, ...] | None:

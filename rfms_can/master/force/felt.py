@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rfms_can.arm import JointFriction, Load
+from rfms_can.arm.wrist import SENSOR_RANGE
 from rfms_can.master.force.specification import NO_FORCE
 from rfms_can.master.force.wrench import weight
 from rfms_can.messages import Vector6
@@ -34,6 +35,7 @@ class Felt:
 
     Attributes:
         sensed: whether a sensor's readings have come.
+        tared: whether its bias is known.
         wrench: N and N m (6), weight and bias taken out.
     """
 
@@ -44,7 +46,7 @@ class Felt:
 
     def reset(self) -> None:
         """Before the first reading."""
-        self.sensed = False
+        self.sensed = self.tared = False
         self.wrench: Vector6 = NO_FORCE
         self._bias: Vector6 = NO_FORCE
         self._sum = np.zeros(6)
@@ -78,6 +80,7 @@ class Felt:
             if not self._left:
                 b1, b2, b3, b4, b5, b6 = (self._sum / TARE_CYCLES).tolist()
                 self._bias = (b1, b2, b3, b4, b5, b6)
+                self.tared = True
         w1, w2, w3, w4, w5, w6 = (p - b for p, b in zip(pushed, self._bias, strict=True))
         self.wrench = (w1, w2, w3, w4, w5, w6)
 
@@ -118,6 +121,14 @@ class Felt:
 
     def uncertainty(self, J: Matrix) -> Matrix:
         """What a guess may be wrong by, (6,), N and N m at T6: friction one does not know of."""
-        coulomb = [max(f.coulomb_positive, f.coulomb_negative) for f in self._friction]
-        size: Matrix = np.abs(np.linalg.pinv(J.T, rcond=1e-3)) @ np.array(coulomb)
-        return size
+        return _worst(J, [max(f.coulomb_positive, f.coulomb_negative) for f in self._friction])
+
+    def most(self, J: Matrix, torque_limits: Sequence[float]) -> Matrix:
+        """The most that can ever be felt at T6, (6,), N and N m: read, or guessed from torques."""
+        return np.array(SENSOR_RANGE) if self.sensed else _worst(J, torque_limits)
+
+
+def _worst(J: Matrix, torques: Sequence[float]) -> Matrix:
+    """Largest wrench, (6,), that torques up to these may be, of whichever signs."""
+    size: Matrix = np.abs(np.linalg.pinv(J.T, rcond=1e-3)) @ np.array(torques)
+    return size

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from rfms_can.arm import Load
-from rfms_can.compliance.selection import DIRECTIONS
+from rfms_can.arm import Arm, Load
+from rfms_can.compliance import compliance_jacobian
+from rfms_can.compliance.selection import DIRECTIONS, Selection
 from rfms_can.master.force.bias import BIAS_PART
 from rfms_can.master.force.felt import Felt
-from rfms_can.master.force.guards import reached_force
+from rfms_can.master.force.guards import DISTANCES, reached_force
 from rfms_can.master.force.specification import Guard
 from rfms_can.master.force.wrench import in_frame, weight
 from rfms_can.messages import Vector6
@@ -63,6 +64,22 @@ def too_heavy(
     )
 
 
+def untared(selection: Selection, felt: Felt) -> str | None:
+    """Why the force loop may not be closed over a sensor whose bias is not known, or None.
+
+    Args:
+        selection: what is to comply.
+        felt: what the hand feels.
+    """
+    if felt.tared or not selection.size:
+        return None
+    return (
+        f"it complies in {selection.word} with the force loop closed over a sensor that was not "
+        "tared, and its bias would send the arm off: tare first, at rest and touching nothing, "
+        "or run with --force-loop open"
+    )
+
+
 def _most_burdened(
     torques: npt.NDArray[np.float64], torque_limits: Sequence[float]
 ) -> tuple[int, float, float]:
@@ -73,22 +90,43 @@ def _most_burdened(
     return worst + 1, abs(float(torques[worst])), limits[worst]
 
 
-def trips_at_once(guard: Guard, felt: Felt, J: Matrix, frame: Transform, rests: bool) -> str | None:
-    """Why a guard would stop its move before it has met anything, or None.
+def useless(
+    guard: Guard, felt: Felt, J: Matrix, frame: Transform, arm: Arm, rests: bool
+) -> str | None:
+    """Why a guard would stop its move before it has met anything, or would never; or None.
 
     Args:
         guard: of the move.
         felt: what the hand feels, or how little it can know of it.
         J: (6, 6), Jacobian in the T6 frame.
         frame: the compliance frame in T6.
+        arm: whose encoders and torques bound what can be known.
         rests: whether the arm rests where the move begins.
     """
+    to_frame = np.array(differential_transform(frame.inverse()))
+    forces = np.abs(to_frame.T)
+    limits = [drive.torque_limit for drive in arm.drives]
+    most = (forces @ felt.most(J, limits)).tolist()
+    for name, bound, strongest in zip(DIRECTIONS, guard.force, most, strict=True):
+        if bound >= strongest:
+            return (
+                f"stop on force {name} {bound:g}: no more than {strongest:.4g} is ever felt there; "
+                "give less"
+            )
+    counts = np.array([1.0 / abs(drive.counts_per_radian) for drive in arm.drives])
+    step = (np.abs(compliance_jacobian(J, frame)) @ counts).tolist()
+    for name, bound, least in zip(DISTANCES, guard.distance, step, strict=True):
+        if 0.0 < bound <= least:
+            return (
+                f"stop on distance {name} {bound:g}: one count of each encoder is up to "
+                f"{least:.2g} there; give more"
+            )
     if felt.sensed:
         reached = reached_force(guard, in_frame(felt.wrench, frame)) if rests else None
         return reached and f"its stop condition holds already: {reached}"
-    to_frame = np.abs(np.array(differential_transform(frame.inverse())).T)
-    unsure = to_frame @ felt.uncertainty(J)
-    for name, bound, least in zip(DIRECTIONS, guard.force, unsure.tolist(), strict=True):
+    for name, bound, least in zip(
+        DIRECTIONS, guard.force, (forces @ felt.uncertainty(J)).tolist(), strict=True
+    ):
         if 0.0 < bound < least:
             return (
                 f"stop on force {name} {bound:g}: without a wrist sensor friction hides up to "

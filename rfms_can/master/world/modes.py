@@ -8,13 +8,16 @@ from rfms_can.compliance.selection import DIRECTIONS, Selection, SelectionError,
 from rfms_can.errors import KinematicsError, ModeError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.force.guards import DISTANCES
-from rfms_can.master.force.specification import NO_FORCE, NO_GUARD, Guard
+from rfms_can.master.force.specification import NO_GUARD, Guard
 from rfms_can.master.trajectory.segment import Transition
 from rfms_can.messages import ModeMessage, Vector3, Vector6
 from rfms_can.wire.vocabulary import Mode
 
 FARTHEST_CENTRE: Final = 2.0
 """Of what the hand holds: how far its centre of mass may be from T6 along each axis, m."""
+FARTHEST_STOP: Final = (3.0, 3.0, 3.0, math.pi, math.pi, math.pi)
+"""Distances a guard may have at most, m and rad: nothing an arm holds goes farther, and a turn by
+more looks like one by less."""
 
 
 class Limits(NamedTuple):
@@ -155,18 +158,18 @@ def _compliance(message: ModeMessage) -> tuple[Selection, Vector6] | None:
 
 def _guard(message: ModeMessage) -> Guard:
     """What stops a move with this mode."""
-    force, distance = message.stop_on_force, message.stop_on_distance
+    name, force, distance = message.name, message.stop_on_force, message.stop_on_distance
     if force is None and distance is None:
         return NO_GUARD
     return Guard(
-        NO_FORCE if force is None else _bounds(message.name, "stop on force", force, DIRECTIONS),
-        NO_FORCE
-        if distance is None
-        else _bounds(message.name, "stop on distance", distance, DISTANCES),
+        _bounds(name, "stop on force", force or {}, DIRECTIONS, (math.inf,) * 6),
+        _bounds(name, "stop on distance", distance or {}, DISTANCES, FARTHEST_STOP),
     )
 
 
-def _bounds(name: str, what: str, values: dict[str, float], words: tuple[str, ...]) -> Vector6:
+def _bounds(
+    name: str, what: str, values: dict[str, float], words: tuple[str, ...], most: Vector6
+) -> Vector6:
     for word, value in values.items():
         if word not in words:
             raise ModeError(
@@ -174,5 +177,11 @@ def _bounds(name: str, what: str, values: dict[str, float], words: tuple[str, ..
             )
         if not 0.0 < value < math.inf:  # also NaN
             raise ModeError(f"mode {name!r}: {what}: {word} {value} must be more than zero")
+        farthest = most[words.index(word)]
+        if value > farthest:
+            raise ModeError(
+                f"mode {name!r}: {what}: {word} {value:g}: it would never stop there, "
+                f"{farthest:.3g} is the most"
+            )
     x, y, z, rx, ry, rz = (values.get(word, 0.0) for word in words)
     return (x, y, z, rx, ry, rz)
