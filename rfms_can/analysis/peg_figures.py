@@ -2,9 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from rfms_can.rig.truth import Truth
+
+INSERTED: Final = 0.039
+"""Depth, m, from which a peg that goes in by 40 mm counts as in: the rest is the servo's error."""
 
 
 class PegFigures(NamedTuple):
@@ -27,15 +30,10 @@ class PegFigures(NamedTuple):
     end: int
 
 
-def peg_figures(rows: Sequence[Truth], inserted: float) -> PegFigures:
-    """The figures of a run.
-
-    Args:
-        rows: the truth of its cycles.
-        inserted: depth at which the peg counts as in, m.
-    """
+def peg_figures(rows: Sequence[Truth]) -> PegFigures:
+    """The figures of a run, from the truth of its cycles."""
     deepest = max((-row.tip.pz for row in rows), default=0.0)
-    end = next((k for k, row in enumerate(rows) if -row.tip.pz >= inserted), len(rows) - 1)
+    end = next((k for k, row in enumerate(rows) if -row.tip.pz >= INSERTED), len(rows) - 1)
     touching = [row.contact.force for row in rows[: end + 1] if row.contact.points]
     first = next((k for k, row in enumerate(rows) if row.contact.points), end)
     lateral = [math.hypot(x, y) for x, y, _ in touching]

@@ -2,19 +2,20 @@
 
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 from rfms_can.cli.options import JsonOption, RecordOption
 from rfms_can.cli.report import print_rows
 from rfms_can.cli.run import run_program
-from rfms_can.errors import ProgramError
+from rfms_can.errors import ProgramError, RfmsError
 from rfms_can.rig.settings import RunSettings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rfms_can.analysis.peg_figures import PegFigures
     from rfms_can.rig.session import Rig
     from rfms_can.rig.truth import Truth
 
@@ -28,6 +29,7 @@ SETTINGS: Final = RunSettings(
 )
 """The hole is 0.86 mm beside where the program has it and leans by 0.4 degrees; the arm has the
 thesis' friction, 14 N m in joint 1, which is 23 N at the hole."""
+CONTROL: Final = f"law {SETTINGS.law}, 30 rad/s critically damped, dither {SETTINGS.dither:g}"
 PICTURE: Final = Path("rfms-demo.png")
 
 
@@ -46,34 +48,64 @@ def demo(
         rig.watch.keep = True
         rigs.append(rig)
 
-    run_program(demo_program(), SETTINGS, record=record, as_json=as_json, watch=watch)
-    (rig,) = rigs
-    assert rig.watch is not None
+    def more() -> dict[str, Any]:
+        """What JSON tells beside the run."""
+        assert rigs[0].watch is not None
+        rows = rigs[0].watch.rows
+        drawn = _drawn(rows, picture)
+        depth, lateral_peak, lateral_mean, axial_peak, *_ = _figures(rows)
+        return {
+            "peg": {
+                "depth": depth,
+                "lateral_peak": lateral_peak,
+                "lateral_mean": lateral_mean,
+                "axial_peak": axial_peak,
+                "seconds": _seconds(rows),
+            },
+            "picture": str(drawn) if isinstance(drawn, Path) else None,
+        }
+
+    run_program(demo_program(), SETTINGS, record=record, as_json=as_json, watch=watch, more=more)
     if not as_json:
-        _tell(rig.watch.rows, 1.0 / SETTINGS.rate, picture)
+        assert rigs[0].watch is not None
+        _tell(rigs[0].watch.rows, picture)
 
 
-def _tell(rows: "Sequence[Truth]", period_s: float, picture: Path) -> None:
+def _tell(rows: "Sequence[Truth]", picture: Path) -> None:
     """The numbers of the insertion, and its picture."""
-    from rfms_can.analysis.peg_figures import peg_figures
-    from rfms_can.errors import RfmsError
+    figures, drawn = _figures(rows), _drawn(rows, picture)
+    deep = f"{1e3 * figures.depth:.1f} mm deep, {_seconds(rows):.2f} s after it met the hole"
+    across = f"{figures.lateral_peak:.1f} N across at most, {figures.lateral_mean:.1f} on average"
+    print_rows(
+        [
+            ("peg", deep),
+            ("", across),
+            ("contact", "steel on steel: 1e7 N/m, friction 0.2, clearance 0.2 mm all round"),
+            ("control", CONTROL),
+            ("picture", str(drawn) if isinstance(drawn, Path) else f"none: {drawn}"),
+        ]
+    )
 
-    figures = peg_figures(rows, 0.039)
-    seconds = figures.cycles * period_s
-    words = f"law {SETTINGS.law}, 30 rad/s critically damped, dither {SETTINGS.dither:g}"
-    told = [
-        ("peg", f"{1e3 * figures.depth:.1f} mm deep, {seconds:.2f} s after it met the hole"),
-        ("", f"{figures.lateral_peak:.1f} N across at most, {figures.lateral_mean:.1f} on average"),
-        ("contact", "steel on steel: 1e7 N/m, friction 0.2, clearance 0.2 mm all round"),
-        ("control", words),
-    ]
+
+def _figures(rows: "Sequence[Truth]") -> "PegFigures":
+    from rfms_can.analysis.peg_figures import peg_figures
+
+    return peg_figures(rows)
+
+
+def _seconds(rows: "Sequence[Truth]") -> float:
+    """From the first contact until the peg was in."""
+    return _figures(rows).cycles / SETTINGS.rate
+
+
+def _drawn(rows: "Sequence[Truth]", picture: Path) -> Path | RfmsError:
+    """The picture, or why there is none."""
     try:
         from rfms_can.analysis.peg_picture import draw
 
-        told.append(("picture", str(draw(rows, period_s, f"{SETTINGS.scene} · {words}", picture))))
+        return draw(rows, 1.0 / SETTINGS.rate, f"{SETTINGS.scene} · {CONTROL}", picture)
     except RfmsError as error:
-        told.append(("picture", f"none: {error}"))
-    print_rows(told)
+        return error
 
 
 def demo_program() -> Path:

@@ -2,9 +2,9 @@
 
 import json
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -55,8 +55,9 @@ def run_program(
     attach: bool = False,
     as_json: bool = False,
     watch: Callable[["Rig"], None] | None = None,
+    more: Callable[[], Mapping[str, Any]] = dict,
 ) -> None:
-    """Run a program file, show progress and result.
+    """Run a program file, show progress and result; ``more`` is what JSON has beside them.
 
     Exit code 1 after a latched fault; 130 after Ctrl-C and 143 after SIGTERM, the arm braked.
     """
@@ -82,7 +83,7 @@ def run_program(
             typer.echo(f"rfms: {name} ended the run; the arm has been stopped", err=True)
             raise typer.Exit(interrupt.exit_code) from None
     if as_json:
-        typer.echo(json.dumps(outcome.result.as_dict()))
+        typer.echo(json.dumps({**outcome.result.as_dict(), **more()}))
     else:
         print_result(title, outcome.result)
     if outcome.fault is not None:

@@ -1,6 +1,5 @@
 """Which directions comply: RCCL's words and the selection matrix S of (5.1)."""
 
-import math
 from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
@@ -11,7 +10,8 @@ from rfms_can.errors import ProgramError
 
 DIRECTIONS: Final = ("fx", "fy", "fz", "rx", "ry", "rz")
 """Words of the six directions of the compliance frame: along and about its axes."""
-
+STRONGEST: Final = 1e5
+"""Bias force or moment that may be asked for, N or N m: far beyond what any arm is let to."""
 
 Bias = tuple[float, float, float, float, float, float]
 """Forces and moments, N and N m, in the order of ``DIRECTIONS``."""
@@ -112,8 +112,11 @@ def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, Bias]:
             f"force or moment of each, 0.0 for none"
         )
     for name, value in zip(names, values, strict=True):
-        if not math.isfinite(value):
-            raise SelectionError(f"comply {word!r}: the bias of {name} is {value}; give N or N m")
+        if not abs(value) <= STRONGEST:  # also NaN
+            raise SelectionError(
+                f"comply {word!r}: the bias of {name} is {value}; give N or N m, "
+                f"{STRONGEST:g} at most"
+            )
     bias = dict(zip(names, values, strict=True))
     x, y, z, rx, ry, rz = (bias.get(name, 0.0) for name in DIRECTIONS)
     return selection, (x, y, z, rx, ry, rz)

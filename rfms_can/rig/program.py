@@ -73,7 +73,7 @@ def _entry(module: ModuleType, path: Path) -> Callable[[Any], object]:
 def _what(error: BaseException) -> str:
     if isinstance(error, SystemExit):
         return f"sys.exit({error.code!r}) would end more than it; return from {ENTRY} instead"
-    return f"{type(error).__name__}: {error}"
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
 def _line(error: BaseException, path: Path) -> str:

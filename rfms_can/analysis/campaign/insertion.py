@@ -7,16 +7,13 @@ from pathlib import Path
 from typing import Final
 
 from rfms_can.analysis.campaign.job import Insertion, Job
-from rfms_can.analysis.peg_figures import peg_figures
+from rfms_can.analysis.peg_figures import INSERTED, peg_figures
 from rfms_can.errors import ProgramError, RfmsError
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig
 from rfms_can.rig.simulated import SimulatedRig
 from rfms_can.rig.truth import Truth
-
-INSERTED: Final = 0.039
-"""Depth, m, from which a peg of 40 mm counts as in: the rest is the servo's error."""
 
 SETTLED: Final = 25
 """Cycles for which it is still watched then."""
@@ -69,7 +66,7 @@ def _reason(error: RfmsError) -> str:
 
 def _judged(job: Job, rows: Sequence[Truth], period_s: float, why: str) -> Insertion:
     """Forces until the peg is in."""
-    figures = peg_figures(rows, INSERTED)
+    figures = peg_figures(rows)
     inserted = figures.depth >= INSERTED and not why
     if not inserted and not why:
         why = f"stopped {1e3 * figures.depth:.1f} mm deep"

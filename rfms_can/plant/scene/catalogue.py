@@ -52,5 +52,7 @@ def scene_from(text: str, arm: str) -> Scene:
     entry = SCENES[name]
     scene = entry.build(read(name, rest, entry.keys))
     if scene.tool is not None and arm != ARM:
-        raise PlantError(f"scene {name!r} stands in front of {ARM}, out of the reach of {arm}")
+        raise PlantError(
+            f"scene {name!r} stands in front of {ARM}, out of the reach of {arm}: give --arm {ARM}"
+        )
     return scene
