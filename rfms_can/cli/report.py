@@ -89,7 +89,7 @@ def print_rows(rows: Iterable[tuple[str, str]]) -> None:
     """Names and what there is to say of them."""
     run = Table(show_header=False, box=None, padding=(0, 1))
     for name, value in rows:
-        run.add_row(name, Text(value))  # brackets are no markup
+        run.add_row(name, Text(value, overflow="fold"))  # brackets are no markup; whole paths
     console.print(run)
 
 
