@@ -3,10 +3,12 @@
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rfms_can.coordinator import definitions
 from rfms_can.errors import ModeError, ProgramError
+from rfms_can.transform import Transform
 
 
 def mode(**more: Any) -> Callable[[], object]:
@@ -18,12 +20,17 @@ def mode(**more: Any) -> Callable[[], object]:
     ("ask", "complaint"),
     [
         (mode(mass=-1.0), r"mode 'm': mass -1.0: expected `float` >= 0.0"),
-        (mode(mass_centre=(0.0, "a", 0.0)), r"mass_centre\[1\] 'a': expected `float`, got `str`"),
+        (
+            mode(mass=1.0, mass_centre=(0.0, "a", 0.0)),
+            r"mass_centre\[1\] 'a': expected `float`, got `str`",
+        ),
         (mode(comply={"fx": "b"}), r"comply\[...\] {'fx': 'b'}: expected `float`, got `str`"),
         (mode(stop_on_force={3: 1.0}), r"stop_on_force {3: 1.0}: expected `str`, got `int`"),
         (mode(interpolation="bent"), r"interpolation 'bent': invalid enum value"),
         (lambda: definitions.comply("fx", ("a",)), r"comply 'fx': values\[0\] 'a': expected"),  # type: ignore[arg-type]
         (lambda: definitions.comply(None, ()), r"comply None: word None: expected `str`"),  # type: ignore[arg-type]
+        (lambda: definitions.comply("fx", (object(),)), r"comply 'fx': <object .*> is no number"),  # type: ignore[arg-type]
+        (lambda: definitions.gripper(True, "all"), r"gripper: part 'all': expected `float`"),  # type: ignore[arg-type]
         (lambda: definitions.lock(3), r"lock 3: word 3: expected `str`, got `int`"),  # type: ignore[arg-type]
         (lambda: definitions.feed(1.5), r"feed rate 1.5: .*<= 1.0"),
     ],
@@ -33,6 +40,13 @@ def test_a_value_of_a_wrong_kind_or_size_is_named(
 ) -> None:
     with pytest.raises(ProgramError, match=complaint):
         ask()
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    assert definitions.comply("fz", (np.float64(3.0),)).values == [3.0]
+    assert definitions.feed(np.float32(0.5)).rate == 0.5  # type: ignore[arg-type]
+    at = definitions.value("p", Transform.translation(*np.array([0.1, 0.2, 0.3])))
+    assert at.rows == tuple(Transform.translation(0.1, 0.2, 0.3))
 
 
 def test_the_class_of_the_error_is_the_callers() -> None:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 import pytest
 from statuses import status
 
-from rfms_can.coordinator.stopping import STOPPING_S, stopped, wait_for_rest, wait_for_rest_async
+from rfms_can.coordinator.stopping import STOPPING_S, stopped, wait_for, wait_for_rest
 from rfms_can.errors import ProgramError
-from rfms_can.messages import AnyCondition, AtRest, CycleReached, Status
+from rfms_can.messages import AnyCondition, CycleReached, MoveOver, Status
 
 PERIOD_S = 0.004
 
@@ -16,8 +16,8 @@ PERIOD_S = 0.004
 class Shown:
     """A link to an arm whose moves end at one time, s, and which rests from another on."""
 
-    def __init__(self, moves_until: float, rests_from: float) -> None:
-        self.moves_until, self.rests_from = moves_until, rests_from
+    def __init__(self, moves_until: float, rests_from: float, feed: float = 1.0) -> None:
+        self.moves_until, self.rests_from, self.feed = moves_until, rests_from, feed
         self.cycle = 0
 
     @property
@@ -31,16 +31,20 @@ class Shown:
             sequence=1,
             completed=int(self.now >= self.moves_until),
             waiting=0,
+            feed=self.feed,
             at_rest=self.now >= self.rests_from,
         )
 
+    def holds(self, _: AnyCondition) -> bool:
+        return self.status().at_rest
+
     def wait(self, *any_of: AnyCondition) -> None:
-        def holds(condition: AnyCondition) -> bool:
+        def held(condition: AnyCondition) -> bool:
             if isinstance(condition, CycleReached):
                 return self.cycle >= condition.cycle
-            return isinstance(condition, AtRest) and self.status().at_rest
+            return self.holds(condition)
 
-        while not any(map(holds, any_of)):
+        while not any(map(held, any_of)):
             self.cycle += 1
 
 
@@ -51,13 +55,13 @@ class AsyncShown(Shown):
 
 def blocking(moves_until: float, rests_from: float) -> Shown:
     link = Shown(moves_until, rests_from)
-    wait_for_rest(link)  # type: ignore[arg-type]  # no requests are made
+    wait_for(link)  # type: ignore[arg-type]  # no requests are made
     return link
 
 
 def awaiting(moves_until: float, rests_from: float) -> Shown:
     link = AsyncShown(moves_until, rests_from)
-    asyncio.run(wait_for_rest_async(link))  # type: ignore[arg-type]
+    asyncio.run(wait_for_rest(link, alone=True))  # type: ignore[arg-type]
     return link
 
 
@@ -75,6 +79,21 @@ def test_it_goes_on_when_the_arm_rests(
 def test_an_arm_that_shakes_is_not_waited_for(way: Callable[[float, float], Shown]) -> None:
     with pytest.raises(ProgramError, match="not come to rest within 20 s after its last move"):
         way(5.0, 1e9)
+
+
+def test_a_paused_arm_is_waited_for_if_another_part_may_resume_it() -> None:
+    with pytest.raises(ProgramError, match=r"the arm is paused, .*: resume\(\) before you wait"):
+        wait_for(Shown(95.0, 95.5, feed=0.0))  # type: ignore[arg-type]
+    link = AsyncShown(95.0, 95.5, feed=0.0)
+    asyncio.run(wait_for_rest(link, alone=False))  # type: ignore[arg-type]
+    assert link.now == pytest.approx(95.5, abs=PERIOD_S)
+
+
+def test_a_move_is_waited_for_however_long_it_takes() -> None:
+    link = Shown(95.0, 1e9)
+    link.holds = lambda _: link.now >= 95.0  # type: ignore[method-assign]
+    wait_for(link, MoveOver(1))  # type: ignore[arg-type]
+    assert link.now == pytest.approx(95.0, abs=PERIOD_S)
 
 
 def test_a_stop_is_over_after_20_s_at_most() -> None:

@@ -23,8 +23,8 @@ PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf
         f"at most {100 * bias.SLEW_PART:g} % of it a cycle",
         f"f + {bias.PROPORTIONAL:g} e + {bias.INTEGRAL_RATE:g} ∫e dt",
         f"stops at {bias.INTEGRAL_LIMIT[0]:g} N or {bias.INTEGRAL_LIMIT[5]:g} N m",
-        f"Below {bias.TOUCH[0]:g} N and {bias.TOUCH[3]:g} N m felt, the integral goes with a time "
-        f"constant of {bias.FORGET_S:g} s",
+        f"below {bias.TOUCH[0]:g} N and {bias.TOUCH[3]:g} N m felt, the loop is open",
+        f"it fades with a time constant of {bias.FORGET_S:g} s",
         f"an error within {bias.DEAD_BAND[0]:g} N and {bias.DEAD_BAND[3]:g} N m",
         f"the mean of {felt.TARE_CYCLES} readings",
         f"beyond {friction.MOVING_CODES:g} ADC codes",

@@ -12,6 +12,7 @@ from rfms_can.master.force.felt import TARE_CYCLES, Felt
 from rfms_can.master.force.specification import NO_FORCE
 from rfms_can.master.force.wrench import weight
 from rfms_can.models import make_dynamics
+from rfms_can.transform import Transform
 
 T = 0.004
 FRICTION = friction_set(PUMA_560, "corke")
@@ -118,7 +119,7 @@ def test_what_rests_hides_no_more_than_the_uncertainty_says(share: tuple[float, 
     hidden = np.array(size) * share
     for _ in range(300):
         felt.guess((g + hidden).tolist(), NO_FORCE, NO_FORCE, J, M, g)
-    assert (np.abs(felt.wrench) <= felt.uncertainty(J) * (1.0 + 1e-9)).all()
+    assert (np.abs(felt.wrench) <= felt.hidden(J, Transform.identity()) * (1.0 + 1e-9)).all()
 
 
 def test_the_uncertainty_is_reached() -> None:
@@ -130,7 +131,7 @@ def test_the_uncertainty_is_reached() -> None:
     size = [max(f.coulomb_positive, f.coulomb_negative) for f in friction_set(PUMA_260, "corke")]
     inverse = np.linalg.inv(J.T)
     worst = [float(inverse[i] @ (np.sign(inverse[i]) * size)) for i in range(6)]
-    assert felt.uncertainty(J).tolist() == pytest.approx(worst, rel=1e-6)
+    assert felt.hidden(J, Transform.identity()).tolist() == pytest.approx(worst, rel=1e-6)
 
 
 def test_a_guess_is_filtered_and_forgotten_with_the_move_it_was_for() -> None:

@@ -127,6 +127,40 @@ def test_a_free_arm_that_complies_stays_where_it_is(
     assert way < bound
 
 
+# --- small forces --------------------------------------------------------------------------------
+
+SMALL = (2.0, 20.0, 1.5)
+
+
+def pressing(arm: Arm) -> None:
+    """From 3 mm above the plate, at rest, with forces one after the other."""
+    known = example("follow_surface")
+    tip = arm.transform("tip", known.TIP)
+    place = arm.transform("above", known.PLACE @ known.DOWN @ _down(-0.003))
+    there = arm.position("there", arm.t6 @ tip == place, tool=tip)
+    load = {"mass": known.TOOL_MASS, "mass_centre": known.TOOL_CENTRE}
+    stay = arm.mode("stay", segment_time=0.5, acceleration_time=0.1)
+    arm.wait(arm.move(there, arm.mode("go", segment_time=1.5, acceleration_time=0.3, **load)))
+    arm.tare()
+    for force in SMALL:
+        arm.comply("fz", force)
+        arm.wait(arm.move(there, stay))
+        arm.sleep(1.5)
+
+
+def test_forces_below_stiction_are_found_and_held() -> None:
+    """It takes 14 N to move this arm at rest; a closed loop finds contact with 2, and keeps 1.5."""
+    moments = run(pressing, "surface", sensor="good")
+    for sequence, asked in enumerate(SMALL, 2):
+        held = [m for m in moments if m.status.sequence == sequence][-125:]
+        force = pushed(held, 2)
+        print(
+            f"{asked:g} N asked for: {force.mean():.2f} N, {force.min():.2f} to {force.max():.2f}"
+        )
+        assert touches(held)
+        assert np.abs(force - asked).max() < 1.0
+
+
 # --- a corner ------------------------------------------------------------------------------------
 
 

@@ -160,12 +160,17 @@ def test_a_compliance_frame_that_is_none_is_refused(
 def test_a_tare_needs_a_sensor_and_an_arm_that_rests(fleet: PushedFleet, wire: Wire) -> None:
     with pytest.raises(ProgramError, match="tare: the arm has no wrist sensor; run it with --sens"):
         fleet.master.handle(TareRequest())
-    sensed = PushedFleet(wire, friction="none", sensor="good")
+    sensed = PushedFleet(wire, friction="none", sensor="good", force_loop="open")
     sensed.enable()
     sensed.move((0.1, 0, 0, 0, 0, 0))
     sensed.run(10)
     with pytest.raises(ProgramError, match="tare: the arm moves; wait until it rests"):
         sensed.master.handle(TareRequest())
+    sensed.settle(sensed.move(comply={"fy": 0.0}))
+    sensed.run(30)
+    with pytest.raises(ProgramError, match="tare: the arm complies in fy and may press on someth"):
+        sensed.master.handle(TareRequest())
+    sensed.settle(sensed.move())
     sensed.run(300)
     off = status_of(sensed.master).force
     sensed.master.handle(TareRequest())

@@ -72,8 +72,9 @@ def test_one_speed_is_enough(speed: str) -> None:
         ({"segment_time": None, "speed": -1.0}, "speed -1.0 must be a number"),
         ({"acceleration": math.nan}, "acceleration nan must be a number"),
         ({"angular_acceleration": 0.0}, "angular_acceleration 0.0 must be a number"),
-        ({"mass": math.nan}, "mass nan must be a number, 0 to 10000 kg"),
-        ({"mass_centre": (math.nan, 0.0, 0.0)}, "nan m is not within 2 m of the hand"),
+        ({"mass": math.nan}, "mass nan must be a number, zero or more"),
+        ({"mass_centre": (0.0, 0.0, 0.1)}, "a mass_centre (0.0, 0.0, 0.1) without a mass: give"),
+        ({"mass": 1.0, "mass_centre": (math.nan, 0.0, 0.0)}, "nan m is not within 2 m of the hand"),
         (
             {"mass": 1.0, "mass_centre": (0.0, 0.0, 1e6)},
             "1000000.0 m is not within 2 m of the hand",

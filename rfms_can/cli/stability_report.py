@@ -24,6 +24,7 @@ def as_plain(found: Survey) -> dict[str, Any]:
         "poses": len(found.analyses),
         "unstable": found.unstable,
         "unstable_sampled": found.unstable_sampled,
+        "drifting": found.drifting,
         "damped": found.conflicting,
         "analyses": [_plain(analysis) for analysis in found.analyses],
     }
@@ -95,6 +96,7 @@ def print_survey(found: Survey) -> None:
     console.print(
         f"{study.arm.name}, law {study.law.value}, {study.selection.word}: {found.unstable} of "
         f"{total} poses unstable, {found.unstable_sampled} on the bus at {study.rate_hz:g} Hz; "
+        f"drifting, as nothing brakes what complies: {found.drifting}; "
         f"near a singularity, where C is bounded: {found.conflicting}"
     )
 

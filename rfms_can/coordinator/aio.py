@@ -18,6 +18,7 @@ from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper
 from rfms_can.coordinator.link import AsyncLink
 from rfms_can.coordinator.mode_settings import ModeSettings
+from rfms_can.coordinator.stopping import wait_for_rest
 from rfms_can.coordinator.view import ArmView
 from rfms_can.messages import (
     AnyFunction,
@@ -148,7 +149,10 @@ class AsyncArm(ArmView):
 
     async def wait(self, sequence: int | None = None) -> None:
         """See :meth:`Arm.wait`."""
-        await self._link.wait(self._moves.over(sequence))
+        if sequence is None:
+            await wait_for_rest(self._link, alone=False)
+        else:
+            await self._link.wait(self._moves.over(sequence))
 
     async def sleep(self, seconds: float) -> None:
         """See :meth:`Arm.sleep`."""

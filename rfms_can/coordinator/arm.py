@@ -25,6 +25,7 @@ from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
 from rfms_can.coordinator.mode_settings import ModeSettings
+from rfms_can.coordinator.stopping import wait_for
 from rfms_can.coordinator.view import ArmView
 from rfms_can.messages import (
     AnyFunction,
@@ -231,9 +232,9 @@ class Arm(ArmView):
         one that :meth:`stop` has dropped, when the arm is at rest.
 
         Raises:
-            ProgramError: no move has that number.
+            ProgramError: no move has that number; or the arm is paused, or shakes for ever.
         """
-        self._link.wait(self._moves.over(sequence))
+        wait_for(self._link, self._moves.over(sequence))
 
     def sleep(self, seconds: float) -> None:
         """Let the arm go on for a time of its own clock, in whole control periods.

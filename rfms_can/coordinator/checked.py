@@ -4,6 +4,7 @@ import re
 from typing import Any, Final, TypeVar
 
 import msgspec
+import numpy as np
 
 from rfms_can.errors import ProgramError
 from rfms_can.messages import Message
@@ -21,13 +22,24 @@ def checked(message: Checked, error_class: type[ProgramError], what: str) -> Che
         ProgramError: of the class given: a field is of a wrong type or out of bounds.
     """
     try:
-        plain = msgspec.to_builtins(message)
+        plain = msgspec.to_builtins(message, enc_hook=_number)
     except TypeError as error:
         raise error_class(f"{what}: {error}") from error
     try:
         return msgspec.convert(plain, type=type(message))
     except msgspec.ValidationError as error:
         raise error_class(f"{what}: {_with_value(str(error), plain)}") from error
+
+
+def _number(value: Any) -> Any:
+    """A number of numpy's as Python's own.
+
+    Raises:
+        TypeError: it is none.
+    """
+    if isinstance(value, np.generic | np.ndarray) and value.ndim == 0:
+        return value.item()
+    raise TypeError(f"{value!r} is no number, text or table of them")
 
 
 def _with_value(complaint: str, plain: Any) -> str:

@@ -10,7 +10,7 @@ from rfms_can.coordinator.aio import AsyncArm
 from rfms_can.coordinator.aio_remote import AsyncRemoteLink
 from rfms_can.coordinator.arm import Arm
 from rfms_can.coordinator.remote import RemoteLink
-from rfms_can.coordinator.stopping import wait_for_rest, wait_for_rest_async
+from rfms_can.coordinator.stopping import wait_for, wait_for_rest
 from rfms_can.errors import RfmsError
 from rfms_can.link.address import DEFAULT_NAME
 from rfms_can.link.aio import AsyncClientSocket
@@ -55,7 +55,7 @@ def connect(
         link.acquire()
         try:
             yield Arm(link)
-            wait_for_rest(link)
+            wait_for(link)
         except BaseException:
             with suppress(RfmsError):  # what ended the program matters more; the lease lapses
                 link.stop_moving()
@@ -83,7 +83,7 @@ async def connect_async(
             await link.acquire()
             try:
                 yield AsyncArm(link)
-                await wait_for_rest_async(link)
+                await wait_for_rest(link, alone=True)
             except BaseException:
                 with suppress(RfmsError):  # what ended the program matters more; the lease lapses
                     await link.stop_moving()

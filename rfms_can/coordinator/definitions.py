@@ -160,9 +160,9 @@ def gripper(opens: bool, force: float) -> GripperRequest:
     Raises:
         ProgramError: the force is no part of the full one.
     """
-    if not 0.0 < force <= 1.0:
+    if isinstance(force, float | int) and not 0.0 < force <= 1.0:
         raise ProgramError(f"gripper force {force} is outside 0..1 (a part of the full force)")
-    return GripperRequest(opens, force)
+    return checked(GripperRequest(opens, force), ProgramError, "gripper")
 
 
 def feed(rate: float) -> FeedRequest:

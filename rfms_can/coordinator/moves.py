@@ -72,6 +72,8 @@ class Moves:
         return MoveOver(sequence)
 
     def _check(self, sequence: int, what: str) -> None:
+        if not isinstance(sequence, int):
+            raise ProgramError(f"{what} move {sequence!r}: give a number that move() returned")
         if not self._last - self._count < sequence <= self._last:
             raise ProgramError(
                 f"{what} move {sequence}: {self._count} moves have been asked for; "

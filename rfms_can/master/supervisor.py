@@ -78,6 +78,12 @@ class Supervisor(ControlCycle):
             raise ProgramError("tare: the arm has no wrist sensor; run it with --sensor good")
         if not self.motion.at_rest or not self.stillness.arm:
             raise ProgramError("tare: the arm moves; wait until it rests, touching nothing")
+        complying = self.broadcast.in_force.selection.word
+        if complying:
+            raise ProgramError(
+                f"tare: the arm complies in {complying} and may press on something; lock it, and "
+                "move away first"
+            )
         self.force_control.felt.tare()
 
     # --- the end of a cycle -------------------------------------------------------------------

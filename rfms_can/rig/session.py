@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rfms_can.coordinator import Arm
-from rfms_can.coordinator.stopping import stopped, wait_for_rest
+from rfms_can.coordinator.stopping import stopped, wait_for
 from rfms_can.errors import FaultError
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
@@ -123,7 +123,7 @@ class Session:
         try:
             self.bring_up()
             program(Arm(self.link))
-            wait_for_rest(self.link)
+            wait_for(self.link)
         except FaultError:
             self.coast(HALT_CYCLES)
             raise

@@ -23,8 +23,8 @@ Values = npt.NDArray[np.float64]
 def draw_stability_map(grid: Grid, surveys: Sequence[Survey], path: Path) -> Path:
     """Draw the growth of the fastest growing motion over a grid, one panel a law.
 
-    Green is stable; colour is how fast a disturbance grows; hatched is stable without sampling and
-    unstable on the bus; lines are the singularities of the arm.
+    Green grows nowhere (it may drift); colour is how fast a disturbance grows; hatched grows on the
+    bus only; lines are the singularities of the arm.
 
     Args:
         grid: the poses.
@@ -59,7 +59,7 @@ def draw_stability_map(grid: Grid, surveys: Sequence[Survey], path: Path) -> Pat
         met |= _singularities(axes, grid, entry)
     bar = sheet.figure.colorbar(image, ax=sheet.panels, shrink=0.85, extend="both")
     bar.set_label("growth of the fastest unstable motion, 1/s")
-    marks = {"stable": _patch(), "stable, but not on the bus": _patch("////")}
+    marks = {"grows nowhere": _patch(), "grows on the bus": _patch("////")}
     marks |= {f"{name} singularity": _line(colour) for name, colour in met.items()}
     sheet.legend_below(list(marks.values()), list(marks), columns=2 * len(surveys))
     return sheet.save(path, f"joint {grid.joints[1] + 1}, deg")

@@ -34,6 +34,11 @@ class Survey(NamedTuple):
         return sum(not a.sampled_stable for a in self.analyses)
 
     @property
+    def drifting(self) -> int:
+        """At how many poses a push goes on for ever, and nothing grows."""
+        return sum(a.on_the_bus is Verdict.DRIFTS for a in self.analyses)
+
+    @property
     def conflicting(self) -> int:
         """At how many poses C_theta was damped."""
         return sum(bool(a.conflicts) for a in self.analyses)

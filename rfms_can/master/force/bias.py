@@ -3,9 +3,10 @@
 Open loop, tau = J^T S F: what reaches the environment is uncertain by the friction. Closed over the
 wrist sensor, tau = J^T S (F + k_p e + k_i int e) with e = F - what is felt. In contact a torque
 becomes a force at once, whatever the stiffness: so the integral does the work, and its gain is
-bounded by the delay of the bus alone (three periods from a torque to its reading). In the air the
-integral of whatever a tare has left over would send the arm off: it works in contact only, and on
-what a dead band leaves of the error where no force is asked for.
+bounded by the delay of the bus alone (three periods from a torque to its reading). In the air a
+loop is open all the same: there the integral goes as far as it takes to overcome friction on the
+way to contact, and fades where no force is asked for, or what a tare has left over would send the
+arm off. In contact a dead band is for that.
 """
 
 import math
@@ -33,8 +34,8 @@ moments about a tool 0.16 m from it."""
 TOUCH: Final[Vector6] = (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)
 """What is felt in contact, N and N m, along one axis or another."""
 FORGET_S: Final = 0.2
-"""Time constant, s, with which the integral goes where nothing is felt: what friction needed there
-would push a free arm on."""
+"""Time constant, s, with which in the air an integral fades that pushes nowhere, or the wrong way:
+what friction needed in contact would push a free arm on."""
 PASSAGE_S: Final = 0.1
 """Time, s, from a change of what complies until the loop closes: what the joints pressed with while
 they were rigid goes out first, and the integral would answer it."""
@@ -47,8 +48,8 @@ SLEW_PART: Final = 0.007
 class BiasForce:
     """Joint torques of a force to be exerted.
 
-    Where nothing is felt the integral of a closed loop fades; where no force is asked for an error
-    within the dead band is none.
+    The integral of a closed loop has two limits, one in contact and one in the air; where no force
+    is asked for an error within the dead band is none.
 
     Args:
         torque_limits: of the joints, Nm.
@@ -62,6 +63,7 @@ class BiasForce:
     __slots__ = (
         "_band",
         "_closed",
+        "_hidden",
         "_integral",
         "_kept",
         "_limit",
@@ -88,12 +90,19 @@ class BiasForce:
     def reset(self) -> None:
         """No torque at once."""
         self.torque: Matrix = np.zeros(6)
+        self._hidden = np.zeros(6)
         self._integral = np.zeros(6)
         self._wait = 0
 
-    def begin(self) -> None:
-        """Something else complies from now on: what the integral held was for another frame."""
+    def begin(self, hidden: Matrix) -> None:
+        """Something else complies from now on: what the integral held was for another frame.
+
+        Args:
+            hidden: (6,), what friction may hide in the compliance frame, N and N m: the most that
+                the integral may add in the air.
+        """
         self._integral[:] = 0.0
+        self._hidden = np.minimum(hidden, self._limit)
         self._wait = self._passage
 
     @property
@@ -121,16 +130,23 @@ class BiasForce:
         missing = np.where(selection.mask, asked - have, 0.0)
         missing -= np.where(asked == 0.0, np.clip(missing, -self._band, self._band), 0.0)
         before = self._integral
-        if (np.abs(have) > self._touch).any():
-            grown = np.clip(before + self._rate * missing, -self._limit, self._limit)
-        else:
-            grown = self._kept * before
+        grown = self._grown(asked, missing, bool((np.abs(have) > self._touch).any()))
         asked = asked + PROPORTIONAL * missing + grown
         wanted = J.T @ np.where(selection.mask, asked, 0.0)
         possible = self._within(wanted)
         more = np.abs(grown) > np.abs(before)  # may not, while the joints give what they can
         self._integral = grown if possible is wanted else np.where(more, before, grown)
         self._towards(possible)
+
+    def _grown(self, asked: Matrix, missing: Matrix, touches: bool) -> Matrix:
+        """The integral, one cycle on."""
+        before, step = self._integral, self._rate * missing
+        if touches:
+            return np.clip(before + step, -self._limit, self._limit)
+        faded = self._kept * before
+        pushes = np.where(before * missing >= 0.0, before, faded) + step
+        most = np.maximum(self._hidden, np.abs(faded))
+        return np.where(asked == 0.0, faded, np.clip(pushes, -most, most))
 
     def _within(self, torque: Matrix) -> Matrix:
         """The torque, all of it less by the same part where a joint cannot give it."""

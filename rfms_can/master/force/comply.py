@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from rfms_can.arm import Arm
 from rfms_can.compliance.selection import Selection
+from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
 from rfms_can.master.force.fade import Fade
 from rfms_can.messages import Vector6
@@ -120,7 +121,10 @@ class Comply:
             return self.displacement
         near = [t + d for t, d in zip(theta, self.displacement, strict=True)]
         pose = direct(self._arm, theta) @ self.transform
-        q = self._solve(pose, configuration_of(self._arm, theta), near)
+        try:
+            q = self._solve(pose, configuration_of(self._arm, theta), near)
+        except KinematicsError as error:
+            raise type(error)(f"{self._gone}, where it cannot be held: {error}") from error
         self.displacement = tuple(a - b for a, b in zip(q, theta, strict=True))
         return self.displacement
 
@@ -141,10 +145,17 @@ class Comply:
         if distance <= FARTHEST and turn <= FARTHEST_TURN:
             return None
         return (
-            f"compliance has let the arm go {distance:.3f} m and {turn:.2f} rad astray, "
-            f"{FARTHEST:g} m and {FARTHEST_TURN:g} rad at most: comply only where the task holds "
-            f"the arm, or stop it by a distance"
+            f"{self._gone} astray, {FARTHEST:g} m and {FARTHEST_TURN:g} rad at most: comply only "
+            f"where the task holds the arm, or stop it by a distance; is the mass in its mode what "
+            f"it holds?"
         )
+
+    @property
+    def _gone(self) -> str:
+        """How far it has gone, in words."""
+        x, y, z, rx, ry, rz = motion_of(self.transform)
+        distance, turn = math.hypot(x, y, z), math.hypot(rx, ry, rz)
+        return f"compliance has let the arm go {distance:.3f} m and {turn:.2f} rad"
 
 
 def _rigid(pose: Transform) -> Transform:

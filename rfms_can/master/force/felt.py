@@ -16,7 +16,7 @@ from rfms_can.arm.wrist import SENSOR_RANGE
 from rfms_can.master.force.specification import NO_FORCE
 from rfms_can.master.force.wrench import weight
 from rfms_can.messages import Vector6
-from rfms_can.transform import Transform
+from rfms_can.transform import Transform, differential_transform
 
 Matrix = npt.NDArray[np.float64]
 
@@ -119,16 +119,25 @@ class Felt:
         g1, g2, g3, g4, g5, g6 = self._guess.tolist()
         self.wrench = (g1, g2, g3, g4, g5, g6)
 
-    def uncertainty(self, J: Matrix) -> Matrix:
-        """What a guess may be wrong by, (6,), N and N m at T6: friction one does not know of."""
-        return _worst(J, [max(f.coulomb_positive, f.coulomb_negative) for f in self._friction])
+    def hidden(self, J: Matrix, frame: Transform) -> Matrix:
+        """What friction may hide of a wrench, (6,), N and N m in a frame of T6."""
+        coulomb = [max(f.coulomb_positive, f.coulomb_negative) for f in self._friction]
+        return _in_frame(_worst(J, coulomb), frame)
 
-    def most(self, J: Matrix, torque_limits: Sequence[float]) -> Matrix:
-        """The most that can ever be felt at T6, (6,), N and N m: read, or guessed from torques."""
-        return np.array(SENSOR_RANGE) if self.sensed else _worst(J, torque_limits)
+    def most(self, J: Matrix, frame: Transform, torque_limits: Sequence[float]) -> Matrix:
+        """The most that can be felt, (6,), N and N m in a frame of T6: read, or guessed."""
+        if not self.sensed:
+            return _in_frame(_worst(J, torque_limits), frame)
+        return _in_frame(np.array(SENSOR_RANGE) - np.abs(self._bias), frame)
 
 
 def _worst(J: Matrix, torques: Sequence[float]) -> Matrix:
-    """Largest wrench, (6,), that torques up to these may be, of whichever signs."""
+    """Largest wrench at T6, (6,), that torques up to these may be, of whichever signs."""
     size: Matrix = np.abs(np.linalg.pinv(J.T, rcond=1e-3)) @ np.array(torques)
     return size
+
+
+def _in_frame(size: Matrix, frame: Transform) -> Matrix:
+    """The largest in a frame of what may be as large as this at T6, of whichever signs."""
+    largest: Matrix = np.abs(np.array(differential_transform(frame.inverse())).T) @ size
+    return largest

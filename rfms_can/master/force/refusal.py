@@ -15,7 +15,7 @@ from rfms_can.master.force.guards import DISTANCES, reached_force
 from rfms_can.master.force.specification import Guard
 from rfms_can.master.force.wrench import in_frame, weight
 from rfms_can.messages import Vector6
-from rfms_can.transform import Transform, differential_transform
+from rfms_can.transform import Transform
 
 Matrix = npt.NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def too_strong(J: Matrix, bias: Vector6, torque_limits: Sequence[float]) -> str 
     words = ", ".join(
         f"{name} {value:g}" for name, value in zip(DIRECTIONS, bias, strict=True) if value
     )
-    part = math.floor(100.0 * limit / torque) / 100.0  # none too much
+    part = _floored(limit / torque)
     return (
         f"the bias {words} takes {torque:.1f} Nm of joint {joint}, which has {limit:.1f} Nm for "
         f"it: ask for {part:g} of it or less"
@@ -57,7 +57,7 @@ def too_heavy(
     joint, torque, limit = _most_burdened(J.T @ np.array(weight(load, T6)), torque_limits)
     if torque <= limit:
         return None
-    most = math.floor(10.0 * load.mass * limit / torque) / 10.0
+    most = _floored(load.mass * limit / torque)
     return (
         f"the mass {load.mass:g} kg takes {torque:.1f} Nm of joint {joint}, which has "
         f"{limit:.1f} Nm for it: {most:g} kg or less can be held here"
@@ -78,6 +78,12 @@ def untared(selection: Selection, felt: Felt) -> str | None:
         "tared, and its bias would send the arm off: tare first, at rest and touching nothing, "
         "or run with --force-loop open"
     )
+
+
+def _floored(value: float) -> float:
+    """The value to two digits, and not more than it is."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.floor(value / digit) * digit
 
 
 def _most_burdened(
@@ -103,10 +109,7 @@ def useless(
         arm: whose encoders and torques bound what can be known.
         rests: whether the arm rests where the move begins.
     """
-    to_frame = np.array(differential_transform(frame.inverse()))
-    forces = np.abs(to_frame.T)
-    limits = [drive.torque_limit for drive in arm.drives]
-    most = (forces @ felt.most(J, limits)).tolist()
+    most = felt.most(J, frame, [drive.torque_limit for drive in arm.drives]).tolist()
     for name, bound, strongest in zip(DIRECTIONS, guard.force, most, strict=True):
         if bound >= strongest:
             return (
@@ -124,9 +127,8 @@ def useless(
     if felt.sensed:
         reached = reached_force(guard, in_frame(felt.wrench, frame)) if rests else None
         return reached and f"its stop condition holds already: {reached}"
-    for name, bound, least in zip(
-        DIRECTIONS, guard.force, (forces @ felt.uncertainty(J)).tolist(), strict=True
-    ):
+    hidden = felt.hidden(J, frame).tolist()
+    for name, bound, least in zip(DIRECTIONS, guard.force, hidden, strict=True):
         if 0.0 < bound < least:
             return (
                 f"stop on force {name} {bound:g}: without a wrist sensor friction hides up to "

@@ -15,8 +15,6 @@ from rfms_can.wire.vocabulary import Mode
 
 FARTHEST_CENTRE: Final = 2.0
 """Of what the hand holds: how far its centre of mass may be from T6 along each axis, m."""
-HEAVIEST: Final = 1e4
-"""What a hand may be said to hold, kg: far beyond every arm, which judges its own."""
 FARTHEST_STOP: Final = (3.0, 3.0, 3.0, math.pi, math.pi, math.pi)
 """Distances a guard may have at most, m and rad: nothing an arm holds goes farther, and a turn by
 more looks like one by less."""
@@ -123,14 +121,7 @@ def _check(message: ModeMessage) -> None:
     for what, number in numbers.items():
         if number is None or not 0.0 < number < math.inf:  # also NaN
             raise ModeError(f"{name}: {what} {number} must be a number more than zero")
-    if message.mass is not None and not 0.0 <= message.mass <= HEAVIEST:  # also NaN
-        raise ModeError(f"{name}: mass {message.mass} must be a number, 0 to {HEAVIEST:g} kg")
-    for number in message.mass_centre or ():
-        if not abs(number) <= FARTHEST_CENTRE:  # also NaN
-            raise ModeError(
-                f"{name}: mass centre {message.mass_centre}: {number} m is not within "
-                f"{FARTHEST_CENTRE:g} m of the hand (T6)"
-            )
+    _check_load(message)
     if message.segment_time is None and not given:
         raise ModeError(
             f"{name}: give a segment time or a speed (speed, angular_speed, joint_speed)"
@@ -145,6 +136,21 @@ def _check(message: ModeMessage) -> None:
             f"{name}: a cartesian transition leads into straight lines in space; give "
             f"interpolation 'cartesian', or transition 'joint'"
         )
+
+
+def _check_load(message: ModeMessage) -> None:
+    """The mass in the hand, and where it is."""
+    name = f"mode {message.name!r}"
+    if message.mass is not None and not 0.0 <= message.mass < math.inf:  # also NaN
+        raise ModeError(f"{name}: mass {message.mass} must be a number, zero or more")
+    if message.mass_centre is not None and message.mass is None:
+        raise ModeError(f"{name}: a mass_centre {message.mass_centre} without a mass: give both")
+    for number in message.mass_centre or ():
+        if not abs(number) <= FARTHEST_CENTRE:  # also NaN
+            raise ModeError(
+                f"{name}: mass centre {message.mass_centre}: {number} m is not within "
+                f"{FARTHEST_CENTRE:g} m of the hand (T6)"
+            )
 
 
 def _compliance(message: ModeMessage) -> tuple[Selection, Vector6] | None:
