@@ -19,10 +19,7 @@ def campaign(
     *,
     seeds: Annotated[int, typer.Option(help="misalignments of each group")] = 100,
     law: Annotated[
-        list[ControlLaw] | None,
-        typer.Option(
-            help="repeatable; if absent all of them in open loop, position and weighted in closed"
-        ),
+        list[ControlLaw] | None, typer.Option(help="repeatable; all of them if absent")
     ] = None,
     friction: Annotated[
         list[str] | None, typer.Option(help="repeatable; thesis and none if absent")
@@ -72,7 +69,7 @@ def campaign(
         for task in TASKS
         if task.loop in (loop or LOOPS)
     ]
-    groups = groups_of(tasks, friction or FRICTIONS, law or ())
+    groups = groups_of(tasks, friction or FRICTIONS, law or tuple(ControlLaw))
     jobs = jobs_of(groups, range(seeds), dither)
     for job in jobs[: len(groups)]:
         _ = job.settings  # wrong words are told before anything runs

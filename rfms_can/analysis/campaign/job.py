@@ -22,18 +22,16 @@ class Task(NamedTuple):
     Attributes:
         loop: ``open`` or ``closed``.
         offset_mm, tilt_deg: of the hole, at most.
-        laws: which are compared at it, unless a user says which.
     """
 
     loop: str
     offset_mm: float
     tilt_deg: float
-    laws: tuple[ControlLaw, ...]
 
 
 TASKS: Final = (
-    Task("open", 1.0, 0.5, tuple(ControlLaw)),
-    Task("closed", 2.0, 1.0, (ControlLaw.POSITION, ControlLaw.WEIGHTED)),
+    Task("open", 1.0, 0.5),
+    Task("closed", 2.0, 1.0),
 )
 
 
@@ -87,17 +85,17 @@ class Group(NamedTuple):
 
 
 def groups_of(
-    tasks: Iterable[Task], frictions: Sequence[str], laws: Sequence[ControlLaw] = ()
+    tasks: Iterable[Task], frictions: Sequence[str], laws: Iterable[ControlLaw] = tuple(ControlLaw)
 ) -> list[Group]:
-    """Laws, or else those of a task, at every task, friction by friction.
+    """Laws at every task, friction by friction.
 
     Position control has no loop to close.
     """
     made = (
         Group(law.value, "open" if law is ControlLaw.POSITION else loop, friction, offset, tilt)
-        for loop, offset, tilt, usual in tasks
+        for loop, offset, tilt in tasks
         for friction in frictions
-        for law in laws or usual
+        for law in laws
     )
     return list(dict.fromkeys(made))
 
