@@ -83,7 +83,7 @@ def campaign(
         def done(_: Insertion) -> None:
             progress.advance(bar)
 
-        runs = run_all(jobs, path, results, workers=workers or os.cpu_count() or 1, done=done)
+        runs = run_all(jobs, path, results, processes=workers or os.cpu_count() or 1, done=done)
     print_campaign(conditions, rows_of(runs), as_json=as_json)
 
 

@@ -1,6 +1,5 @@
 """Many jobs on the cores of this machine; what has been run is not run again."""
 
-import multiprocessing
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 from rfms_can.analysis.campaign.insertion import insert
 from rfms_can.analysis.campaign.job import Group, Insertion, Job
 from rfms_can.analysis.campaign.results import Results
+from rfms_can.rig.workers import workers
 
 
 def jobs_of(groups: Iterable[Group], seeds: Sequence[int], dither: float) -> list[Job]:
@@ -21,7 +21,7 @@ def run_all(
     program: Path,
     results: Results,
     *,
-    workers: int = 1,
+    processes: int = 1,
     done: Callable[[Insertion], None] = lambda _: None,
 ) -> list[Insertion]:
     """Run what has not been run yet.
@@ -30,7 +30,7 @@ def run_all(
         jobs: all there are.
         program: the program's file.
         results: of earlier calls, and to be added to.
-        workers: processes.
+        processes: that run them side by side.
         done: told of each result, of earlier calls as well.
 
     Returns:
@@ -42,17 +42,17 @@ def run_all(
         if key in known:
             done(known[key])
     left = [job for key, job in zip(asked, jobs, strict=True) if key not in known]
-    for run in _runs(left, program, workers):
+    for run in _runs(left, program, processes):
         known[(*run.group, run.seed)] = run
         results.add(run)
         done(run)
     return [known[key] for key in asked]
 
 
-def _runs(jobs: Sequence[Job], program: Path, workers: int) -> Iterable[Insertion]:
+def _runs(jobs: Sequence[Job], program: Path, processes: int) -> Iterable[Insertion]:
     one = partial(insert, program=program)
-    if workers <= 1 or len(jobs) <= 1:
+    if processes <= 1 or len(jobs) <= 1:
         yield from map(one, jobs)
         return
-    with multiprocessing.get_context("fork").Pool(workers) as pool:
+    with workers(processes) as pool:
         yield from pool.imap_unordered(one, jobs)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -15,6 +14,7 @@ from rfms_can.rig.identification.experiments import fast_tour
 from rfms_can.rig.result import JointResult
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.workers import workers
 
 
 class Tracking(NamedTuple):
@@ -71,7 +71,7 @@ def compare(runs: Mapping[str, RunSettings], jobs: int = 1, attach: bool = False
     """
     tasks = list(runs.items())
     if jobs > 1 and all(settings.simulated for settings in runs.values()):
-        with get_context("fork").Pool(jobs) as pool:
+        with workers(jobs) as pool:
             return pool.map(_run, tasks, chunksize=1)
     return [_run(task, attach) for task in tasks]
 

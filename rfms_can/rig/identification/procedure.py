@@ -1,9 +1,7 @@
 """Runs the experiments one after the other, keeps each one's data, and goes on where it stopped."""
 
-import signal
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Final, NamedTuple, Protocol
 
@@ -21,6 +19,7 @@ from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig, Session
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
+from rfms_can.rig.workers import workers
 from rfms_can.wire import Wire
 
 Ask = Callable[[bool], None]
@@ -100,7 +99,7 @@ def run_all(
             found[task.experiment.name] = data
             watcher.end(task.experiment, True)
     missing = [task for task in tasks if task.experiment.name not in found]
-    if jobs > 1 and all(task.settings.simulated for task in missing):
+    if min(jobs, len(missing)) > 1 and all(task.settings.simulated for task in missing):
         found.update(_side_by_side(missing, watcher, jobs, interrupted))
         return found
     for task in missing:
@@ -129,7 +128,7 @@ def _side_by_side(
     tasks: Sequence[Task], watcher: Watcher, jobs: int, interrupted: Callable[[], bool]
 ) -> dict[str, Data]:
     found: dict[str, Data] = {}
-    with get_context("fork").Pool(jobs, _deaf) as pool:  # leaving the block ends its processes
+    with workers(min(jobs, len(tasks))) as pool:
         waiting = {task.experiment.name: pool.apply_async(_work, (task,)) for task in tasks}
         while waiting:
             for task in tasks:
@@ -146,12 +145,6 @@ def _side_by_side(
             if waiting:
                 next(iter(waiting.values())).wait(LOOK_S)
     return found
-
-
-def _deaf() -> None:
-    """Ctrl-C is for the parent, which then ends its workers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _work(task: Task) -> None:
