@@ -22,9 +22,11 @@ from rfms_can.master.force.bias import (
     FORGET_S,
     INTEGRAL_LIMIT,
     INTEGRAL_RATE,
+    MOVING,
     PASSAGE_S,
     PROPORTIONAL,
     SLEW_PART,
+    SLOWING_S,
     TOUCH,
     BiasForce,
 )
@@ -299,6 +301,18 @@ def test_in_the_air_the_integral_goes_as_far_as_friction_may_hide() -> None:
         bias.push(J, ALL, FORCE, NOTHING)
     force = (1.0 + PROPORTIONAL) * np.array(FORCE) + np.sign(FORCE) * hidden
     assert np.linalg.solve(J.T, bias.torque).tolist() == pytest.approx(force.tolist())
+
+
+def test_once_the_arm_moves_its_integral_goes_at_once() -> None:
+    """So that what is looked for is met by the force asked for, and not by what friction needed."""
+    bias, J = BiasForce([1e6] * 6, T, closed=True), at()
+    bias.begin(np.array((9.0, 9, 9, 1, 1, 1)))
+    for _ in range(8000):
+        bias.push(J, ALL, FORCE, NOTHING)
+    for _ in range(round(5.0 * SLOWING_S / T)):
+        bias.push(J, ALL, FORCE, NOTHING, [2.0 * T * speed for speed in MOVING])
+    left = np.linalg.solve(J.T, bias.torque) - (1.0 + PROPORTIONAL) * np.array(FORCE)
+    assert (np.abs(left) < 0.01 * np.array((9.0, 9, 9, 1, 1, 1))).all()
 
 
 def test_an_arm_that_has_left_contact_by_an_integral_comes_back() -> None:

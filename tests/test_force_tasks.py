@@ -157,6 +157,9 @@ def test_forces_below_stiction_are_found_and_held() -> None:
         )
         assert touches(held)
         assert np.abs(force - asked).max() < 1.0
+    met = pushed([m for m in moments if m.status.sequence == 2], 2).max()
+    print(f"met with {met:.1f} N")
+    assert met < 50.0
 
 
 # --- a corner ------------------------------------------------------------------------------------

@@ -36,6 +36,11 @@ TOUCH: Final[Vector6] = (1.0, 1.0, 1.0, 0.1, 0.1, 0.1)
 FORGET_S: Final = 0.2
 """Time constant, s, with which in the air an integral fades that pushes nowhere, or the wrong way:
 what friction needed in contact would push a free arm on."""
+MOVING: Final[Vector6] = (5e-3, 5e-3, 5e-3, 0.05, 0.05, 0.05)
+"""Speed, m/s and rad/s, at which an arm has overcome what friction hid."""
+SLOWING_S: Final = 0.012
+"""Time constant, s, with which in the air the integral of an arm that moves fades: one that looks
+for contact gets going, and meets it slowly."""
 PASSAGE_S: Final = 0.1
 """Time, s, from a change of what complies until the loop closes: what the joints pressed with while
 they were rigid goes out first, and the integral would answer it."""
@@ -43,6 +48,8 @@ BIAS_PART: Final = 0.8
 """Part of a joint's torque limit that a bias force may take: gravity and friction need the rest."""
 SLEW_PART: Final = 0.007
 """Part of a joint's torque limit by which its bias may change, a cycle."""
+
+NO_WAY: Final[Vector6] = (0.0,) * 6
 
 
 class BiasForce:
@@ -66,8 +73,10 @@ class BiasForce:
         "_hidden",
         "_integral",
         "_kept",
+        "_kept_moving",
         "_limit",
         "_most",
+        "_moving",
         "_passage",
         "_rate",
         "_slew",
@@ -83,6 +92,8 @@ class BiasForce:
         self._limit = np.array(INTEGRAL_LIMIT)
         self._band, self._touch = np.array(DEAD_BAND), np.array(TOUCH)
         self._kept = math.exp(-period_s / FORGET_S)
+        self._kept_moving = math.exp(-period_s / SLOWING_S)
+        self._moving = period_s * np.array(MOVING)
         self._passage = round(PASSAGE_S / period_s)
         self._closed = closed
         self.reset()
@@ -111,7 +122,12 @@ class BiasForce:
         return bool(self.torque.any())
 
     def push(
-        self, J: Matrix, selection: Selection, force: Sequence[float], felt: Sequence[float]
+        self,
+        J: Matrix,
+        selection: Selection,
+        force: Sequence[float],
+        felt: Sequence[float],
+        gone: npt.ArrayLike = NO_WAY,
     ) -> None:
         """One cycle with a force to exert.
 
@@ -120,6 +136,7 @@ class BiasForce:
             selection: what complies.
             force: to be exerted on what the tool touches, N and N m, in the compliance frame.
             felt: what is, likewise; used if the loop is closed.
+            gone: way of the cycle in the directions that comply, m and rad, smooth; likewise.
         """
         asked = np.asarray(force)
         if not self._closed or self._wait:
@@ -130,7 +147,8 @@ class BiasForce:
         missing = np.where(selection.mask, asked - have, 0.0)
         missing -= np.where(asked == 0.0, np.clip(missing, -self._band, self._band), 0.0)
         before = self._integral
-        grown = self._grown(asked, missing, bool((np.abs(have) > self._touch).any()))
+        touches = bool((np.abs(have) > self._touch).any())
+        grown = self._in_contact(missing) if touches else self._in_the_air(asked, missing, gone)
         asked = asked + PROPORTIONAL * missing + grown
         wanted = J.T @ np.where(selection.mask, asked, 0.0)
         possible = self._within(wanted)
@@ -138,15 +156,18 @@ class BiasForce:
         self._integral = grown if possible is wanted else np.where(more, before, grown)
         self._towards(possible)
 
-    def _grown(self, asked: Matrix, missing: Matrix, touches: bool) -> Matrix:
+    def _in_contact(self, missing: Matrix) -> Matrix:
         """The integral, one cycle on."""
-        before, step = self._integral, self._rate * missing
-        if touches:
-            return np.clip(before + step, -self._limit, self._limit)
-        faded = self._kept * before
-        pushes = np.where(before * missing >= 0.0, before, faded) + step
+        return np.clip(self._integral + self._rate * missing, -self._limit, self._limit)
+
+    def _in_the_air(self, asked: Matrix, missing: Matrix, gone: npt.ArrayLike) -> Matrix:
+        """The integral, one cycle on: it gets an arm going that looks for contact."""
+        before, faded = self._integral, self._kept * self._integral
+        pushes = np.where(before * missing >= 0.0, before, faded) + self._rate * missing
         most = np.maximum(self._hidden, np.abs(faded))
-        return np.where(asked == 0.0, faded, np.clip(pushes, -most, most))
+        moves = np.abs(gone) > self._moving
+        pushes = np.where(moves, self._kept_moving * before, np.clip(pushes, -most, most))
+        return np.where(asked == 0.0, faded, pushes)
 
     def _within(self, torque: Matrix) -> Matrix:
         """The torque, all of it less by the same part where a joint cannot give it."""

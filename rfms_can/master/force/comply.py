@@ -27,6 +27,8 @@ FARTHEST: Final = 0.2
 """Displacement, m, at which compliance has gone astray."""
 FARTHEST_TURN: Final = 0.6
 """The same, rad."""
+SMOOTH_S: Final = 0.012
+"""Time constant of how fast it goes, s."""
 FASTEST: Final = 0.25
 """Speed, m/s, at which set-points go where compliance has let the arm go to, at most."""
 FASTEST_TURN: Final = 1.25
@@ -156,6 +158,28 @@ class Comply:
         x, y, z, rx, ry, rz = motion_of(self.transform)
         distance, turn = math.hypot(x, y, z), math.hypot(rx, ry, rz)
         return f"compliance has let the arm go {distance:.3f} m and {turn:.2f} rad"
+
+
+class Way:
+    """How far the compliance frame is let go in a cycle; encoder counts come one by one.
+
+    Args:
+        period_s: control period, s.
+
+    Attributes:
+        mean: m and rad along its axes (6), smooth.
+    """
+
+    def __init__(self, period_s: float) -> None:
+        self._share = period_s / (SMOOTH_S + period_s)
+        self._last = np.zeros(6)
+        self.mean: Matrix = np.zeros(6)
+
+    def take(self, complied: Vector6) -> None:
+        """Where it is now, as :meth:`Comply.amount` has it."""
+        now = np.array(complied)
+        self.mean += self._share * (now - self._last - self.mean)
+        self._last = now
 
 
 def _rigid(pose: Transform) -> Transform:

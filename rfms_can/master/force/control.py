@@ -21,7 +21,7 @@ from rfms_can.compliance import (
 )
 from rfms_can.kinematics import Joints, direct, jacobian
 from rfms_can.master.force.bias import BiasForce
-from rfms_can.master.force.comply import Comply
+from rfms_can.master.force.comply import Comply, Way
 from rfms_can.master.force.felt import Felt
 from rfms_can.master.force.guards import Guards
 from rfms_can.master.force.refusal import too_heavy, too_strong, untared, useless
@@ -102,6 +102,7 @@ class ForceControl:
         self._bias = BiasForce(limits, period_s, settings.closed)
         self._asked: Asked | None = None
         self._extra = np.zeros(6)
+        self._way = Way(period_s)
         self.force: Vector6 = NO_FORCE
         self.complied: Vector6 = NO_FORCE
 
@@ -148,6 +149,7 @@ class ForceControl:
             least = round(2.0 * asked.acceleration_time / self._period)
             self.comply.fade(self._fades, least)
         self.complied = self.comply.amount(frame)
+        self._way.take(self.complied)
         self._push(asked.specification, J, q, errors, frame)
         if began:
             self.guards.begin(asked.specification.guard, T6, frame)
@@ -233,7 +235,7 @@ class ForceControl:
         if not selection.size or self._law is ControlLaw.POSITION:
             self._bias.relax()
             return
-        self._bias.push(J, selection, specification.bias, self.force)
+        self._bias.push(J, selection, specification.bias, self.force, self._way.mean)
         if self._law is ControlLaw.RAIBERT_CRAIG:
             theta = [a + e for a, e in zip(q, errors, strict=True)]
             dx = cartesian_error(direct(self._arm, theta), direct(self._arm, q), frame)
