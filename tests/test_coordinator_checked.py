@@ -8,6 +8,7 @@ import pytest
 
 from rfms_can.coordinator import definitions
 from rfms_can.errors import ModeError, ProgramError
+from rfms_can.messages import ModeMessage
 from rfms_can.transform import Transform
 
 
@@ -44,6 +45,8 @@ def test_a_value_of_a_wrong_kind_or_size_is_named(
 
 def test_numbers_of_numpy_are_numbers() -> None:
     assert definitions.comply("fz", (np.float64(3.0),)).values == [3.0]
+    centre = mode(mass=1.0, mass_centre=np.array([0.0, 0.0, 0.1]))()
+    assert isinstance(centre, ModeMessage) and centre.mass_centre == (0.0, 0.0, 0.1)
     assert definitions.feed(np.float32(0.5)).rate == 0.5  # type: ignore[arg-type]
     at = definitions.value("p", Transform.translation(*np.array([0.1, 0.2, 0.3])))
     assert at.rows == tuple(Transform.translation(0.1, 0.2, 0.3))

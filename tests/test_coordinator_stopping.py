@@ -61,7 +61,7 @@ def blocking(moves_until: float, rests_from: float) -> Shown:
 
 def awaiting(moves_until: float, rests_from: float) -> Shown:
     link = AsyncShown(moves_until, rests_from)
-    asyncio.run(wait_for_rest(link, alone=True))  # type: ignore[arg-type]
+    asyncio.run(wait_for_rest(link))  # type: ignore[arg-type]
     return link
 
 
@@ -81,12 +81,9 @@ def test_an_arm_that_shakes_is_not_waited_for(way: Callable[[float, float], Show
         way(5.0, 1e9)
 
 
-def test_a_paused_arm_is_waited_for_if_another_part_may_resume_it() -> None:
+def test_a_paused_arm_is_not_waited_for() -> None:
     with pytest.raises(ProgramError, match=r"the arm is paused, .*: resume\(\) before you wait"):
         wait_for(Shown(95.0, 95.5, feed=0.0))  # type: ignore[arg-type]
-    link = AsyncShown(95.0, 95.5, feed=0.0)
-    asyncio.run(wait_for_rest(link, alone=False))  # type: ignore[arg-type]
-    assert link.now == pytest.approx(95.5, abs=PERIOD_S)
 
 
 def test_a_move_is_waited_for_however_long_it_takes() -> None:

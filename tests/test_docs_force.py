@@ -24,7 +24,7 @@ PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf
         f"f + {bias.PROPORTIONAL:g} e + {bias.INTEGRAL_RATE:g} ∫e dt",
         f"stops at {bias.INTEGRAL_LIMIT[0]:g} N or {bias.INTEGRAL_LIMIT[5]:g} N m",
         f"below {bias.TOUCH[0]:g} N and {bias.TOUCH[3]:g} N m felt, the loop is open",
-        f"goes within {bias.SLOWING_S:g} s once the arm is faster than "
+        f"goes within {bias.SLOWING_S:g} s once it is faster than "
         f"{1e3 * bias.MOVING[0]:g} mm/s or {bias.MOVING[3]:g} rad/s",
         f"it fades with a time constant of {bias.FORGET_S:g} s",
         f"an error within {bias.DEAD_BAND[0]:g} N and {bias.DEAD_BAND[3]:g} N m",

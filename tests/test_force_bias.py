@@ -250,7 +250,7 @@ def test_another_specification_begins_without_the_integral_of_the_last() -> None
     bias, J = BiasForce(LIMITS, T, closed=True), at()
     for _ in range(500):
         bias.push(J, ALL, FORCE, NOTHING)
-    bias.begin(np.zeros(6))
+    bias.begin()
     for _ in range(300):
         bias.push(J, ALL, FORCE, FORCE)
     assert bias.torque.tolist() == pytest.approx((J.T @ FORCE).tolist())
@@ -259,7 +259,7 @@ def test_another_specification_begins_without_the_integral_of_the_last() -> None
 def test_the_loop_closes_when_what_the_joints_pressed_with_has_gone_out() -> None:
     """Or the integral would answer it, and miss it a moment later: the tool left the wall."""
     bias, J, twice = BiasForce([1e6] * 6, T, closed=True), at(), tuple(2.0 * f for f in FORCE)
-    bias.begin(np.zeros(6))
+    bias.begin()
     for _ in range(round(PASSAGE_S / T)):
         bias.push(J, ALL, FORCE, twice)
     assert bias.torque.tolist() == pytest.approx((J.T @ FORCE).tolist())
@@ -293,32 +293,29 @@ def closed(cycles: int, force: tuple[float, ...], felt: Iterable[Sequence[float]
     return bias
 
 
-def test_in_the_air_the_integral_goes_as_far_as_friction_may_hide() -> None:
-    """So an arm that looks for contact gets going, and no faster however long it looks."""
-    bias, J, hidden = BiasForce([1e6] * 6, T, closed=True), at(), np.array((9.0, 9, 9, 1, 1, 1))
-    bias.begin(hidden)
-    for _ in range(8000):
+def test_in_the_air_the_integral_grows_as_long_as_the_arm_does_not_move() -> None:
+    """So an arm that looks for contact gets going, whatever holds it."""
+    bias, J = BiasForce([1e6] * 6, T, closed=True), at()
+    for _ in range(40000):
         bias.push(J, ALL, FORCE, NOTHING)
-    force = (1.0 + PROPORTIONAL) * np.array(FORCE) + np.sign(FORCE) * hidden
+    force = (1.0 + PROPORTIONAL) * np.array(FORCE) + np.sign(FORCE) * INTEGRAL_LIMIT
     assert np.linalg.solve(J.T, bias.torque).tolist() == pytest.approx(force.tolist())
 
 
 def test_once_the_arm_moves_its_integral_goes_at_once() -> None:
     """So that what is looked for is met by the force asked for, and not by what friction needed."""
     bias, J = BiasForce([1e6] * 6, T, closed=True), at()
-    bias.begin(np.array((9.0, 9, 9, 1, 1, 1)))
     for _ in range(8000):
         bias.push(J, ALL, FORCE, NOTHING)
     for _ in range(round(5.0 * SLOWING_S / T)):
         bias.push(J, ALL, FORCE, NOTHING, [2.0 * T * speed for speed in MOVING])
     left = np.linalg.solve(J.T, bias.torque) - (1.0 + PROPORTIONAL) * np.array(FORCE)
-    assert (np.abs(left) < 0.01 * np.array((9.0, 9, 9, 1, 1, 1))).all()
+    assert (np.abs(left) < 0.01 * np.array(INTEGRAL_LIMIT)).all()
 
 
 def test_an_arm_that_has_left_contact_by_an_integral_comes_back() -> None:
     """It pushed away, as friction needed: fading, that turns round and pushes on."""
-    bias, J, hidden = BiasForce([1e6] * 6, T, closed=True), np.eye(6), np.full(6, 20.0)
-    bias.begin(hidden)
+    bias, J = BiasForce([1e6] * 6, T, closed=True), np.eye(6)
     few, many = (0.0, 0.0, 1.5, 0.0, 0.0, 0.0), (0.0, 0.0, 9.0, 0.0, 0.0, 0.0)
     pushes = []
     for felt in (*[many] * 75, *[NOTHING] * 500):
@@ -327,7 +324,7 @@ def test_an_arm_that_has_left_contact_by_an_integral_comes_back() -> None:
     assert pushes[74] < -20.0
     turned = next(k for k, push in enumerate(pushes[75:]) if push > few[2])
     assert turned * T < 0.6
-    assert pushes[-1] == pytest.approx(few[2] * (1.0 + PROPORTIONAL) + hidden[2])
+    assert pushes[-1] > 10.0 * few[2]
 
 
 @pytest.mark.parametrize("seed", range(5))

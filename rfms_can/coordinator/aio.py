@@ -18,8 +18,8 @@ from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper
 from rfms_can.coordinator.link import AsyncLink
 from rfms_can.coordinator.mode_settings import ModeSettings
-from rfms_can.coordinator.stopping import wait_for_rest
 from rfms_can.coordinator.view import ArmView
+from rfms_can.errors import ProgramError
 from rfms_can.messages import (
     AnyFunction,
     PauseRequest,
@@ -134,7 +134,11 @@ class AsyncArm(ArmView):
 
     async def tare(self) -> None:
         """See :meth:`Arm.tare`."""
-        await self._link.request(TareRequest())
+        try:
+            await self._link.request(TareRequest())
+        except ProgramError:
+            await self.wait()
+            await self._link.request(TareRequest())
         await self.sleep(definitions.TARE_S)
 
     async def lock(self, word: str) -> None:
@@ -148,11 +152,8 @@ class AsyncArm(ArmView):
     # --- time ---------------------------------------------------------------------------------
 
     async def wait(self, sequence: int | None = None) -> None:
-        """See :meth:`Arm.wait`."""
-        if sequence is None:
-            await wait_for_rest(self._link, alone=False)
-        else:
-            await self._link.wait(self._moves.over(sequence))
+        """See :meth:`Arm.wait`; however long: another part may resume the arm, or stop it."""
+        await self._link.wait(self._moves.over(sequence))
 
     async def sleep(self, seconds: float) -> None:
         """See :meth:`Arm.sleep`."""

@@ -27,6 +27,7 @@ from rfms_can.coordinator.link import Link
 from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.stopping import wait_for
 from rfms_can.coordinator.view import ArmView
+from rfms_can.errors import ProgramError
 from rfms_can.messages import (
     AnyFunction,
     PauseRequest,
@@ -211,12 +212,16 @@ class Arm(ArmView):
         self._link.request(definitions.lock(word))
 
     def tare(self) -> None:
-        """Take what the wrist sensor reads now, touching nothing, for its bias; waits for it.
+        """Take what the wrist sensor reads at rest, touching nothing, for its bias; waits for it.
 
         Raises:
-            ProgramError: there is no sensor, or the arm moves.
+            ProgramError: there is no sensor, or the arm complies, or never rests.
         """
-        self._link.request(TareRequest())
+        try:
+            self._link.request(TareRequest())
+        except ProgramError:  # it is about to rest
+            wait_for(self._link)
+            self._link.request(TareRequest())
         self.sleep(TARE_S)
 
     def release(self) -> None:

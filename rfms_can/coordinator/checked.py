@@ -23,7 +23,7 @@ def checked(message: Checked, error_class: type[ProgramError], what: str) -> Che
     """
     try:
         plain = msgspec.to_builtins(message, enc_hook=_number)
-    except TypeError as error:
+    except (TypeError, RecursionError) as error:
         raise error_class(f"{what}: {error}") from error
     try:
         return msgspec.convert(plain, type=type(message))
@@ -32,13 +32,13 @@ def checked(message: Checked, error_class: type[ProgramError], what: str) -> Che
 
 
 def _number(value: Any) -> Any:
-    """A number of numpy's as Python's own.
+    """A number of numpy's, or an array of them, as Python's own.
 
     Raises:
         TypeError: it is none.
     """
-    if isinstance(value, np.generic | np.ndarray) and value.ndim == 0:
-        return value.item()
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
     raise TypeError(f"{value!r} is no number, text or table of them")
 
 

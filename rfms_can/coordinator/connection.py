@@ -83,7 +83,7 @@ async def connect_async(
             await link.acquire()
             try:
                 yield AsyncArm(link)
-                await wait_for_rest(link, alone=True)
+                await wait_for_rest(link)
             except BaseException:
                 with suppress(RfmsError):  # what ended the program matters more; the lease lapses
                     await link.stop_moving()

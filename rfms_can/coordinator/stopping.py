@@ -26,27 +26,27 @@ def wait_for(link: Link, condition: AnyCondition = _REST) -> None:
     while waits:
         before = link.status()
         link.wait(condition, _later(before))
-        waits = _waits(before, link.status(), alone=True)
+        waits = _waits(before, link.status())
 
 
-async def wait_for_rest(link: AsyncLink, *, alone: bool) -> None:
-    """Wait until the arm rests, as a part of a program or, at its end, alone.
+async def wait_for_rest(link: AsyncLink) -> None:
+    """``wait_for`` for the end of a program of coroutines, where no part is left to move the arm.
 
     Raises:
-        ProgramError: it never will; a pause may be ended by another part.
+        ProgramError: see ``wait_for``.
     """
     waits = True
     while waits:
         before = link.status()
         await link.wait(*stopped(before))
-        waits = _waits(before, link.status(), alone=alone)
+        waits = _waits(before, link.status())
 
 
 def _later(status: Status) -> CycleReached:
     return CycleReached(status.cycle + round(STOPPING_S / status.period))
 
 
-def _waits(before: Status, now: Status, *, alone: bool) -> bool:
+def _waits(before: Status, now: Status) -> bool:
     """Whether to go on waiting: the condition does not hold yet, and may.
 
     Raises:
@@ -55,9 +55,9 @@ def _waits(before: Status, now: Status, *, alone: bool) -> bool:
     if now.cycle < _later(before).cycle:
         return False
     had_moves = before.waiting > 0 or before.completed < before.sequence
-    if had_moves and alone and before.feed == now.feed == 0.0:
+    if had_moves and before.feed == now.feed == 0.0:
         raise ProgramError(
-            "the arm is paused, and nobody else resumes it: resume() before you wait, or stop()"
+            "the arm is paused, and nobody else resumes it: resume() before you wait"
         )
     if not now.at_rest and not had_moves:
         raise ProgramError(

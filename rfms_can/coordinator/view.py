@@ -1,6 +1,7 @@
 """What both twins of the program API have in common: all that needs no waiting."""
 
 from collections.abc import Sequence
+from typing import Final
 
 from rfms_can.coordinator import definitions
 from rfms_can.coordinator.definitions import Predict
@@ -10,6 +11,9 @@ from rfms_can.coordinator.moves import MovePlan, Moves
 from rfms_can.errors import ProgramError
 from rfms_can.messages import T6, CycleReached, Status, TransformMessage, Vector6
 from rfms_can.transform import Transform
+
+LONGEST_S: Final = 1e6
+"""A sleep may be so long, s: eleven days."""
 
 
 class ArmView:
@@ -88,7 +92,7 @@ class ArmView:
 
     def _after(self, seconds: float) -> CycleReached:
         """The cycle that is so many seconds ahead."""
-        if not 0.0 <= seconds < float("inf"):
-            raise ProgramError(f"sleep of {seconds} s: give a time, zero or more")
+        if not isinstance(seconds, float | int) or not 0.0 <= seconds <= LONGEST_S:  # also NaN
+            raise ProgramError(f"sleep of {seconds!r} s: give a time, 0 to {LONGEST_S:g}")
         status = self.status
         return CycleReached(status.cycle + round(seconds / status.period))

@@ -4,9 +4,9 @@ Open loop, tau = J^T S F: what reaches the environment is uncertain by the frict
 wrist sensor, tau = J^T S (F + k_p e + k_i int e) with e = F - what is felt. In contact a torque
 becomes a force at once, whatever the stiffness: so the integral does the work, and its gain is
 bounded by the delay of the bus alone (three periods from a torque to its reading). In the air a
-loop is open all the same: there the integral goes as far as it takes to overcome friction on the
-way to contact, and fades where no force is asked for, or what a tare has left over would send the
-arm off. In contact a dead band is for that.
+loop is open all the same: there the integral grows until the arm gets going on its way to contact,
+and fades where no force is asked for, or what a tare has left over would send the arm off. In
+contact a dead band is for that.
 """
 
 import math
@@ -55,8 +55,8 @@ NO_WAY: Final[Vector6] = (0.0,) * 6
 class BiasForce:
     """Joint torques of a force to be exerted.
 
-    The integral of a closed loop has two limits, one in contact and one in the air; where no force
-    is asked for an error within the dead band is none.
+    In the air the integral of a closed loop gets an arm going, and no more; where no force is asked
+    for an error within the dead band is none.
 
     Args:
         torque_limits: of the joints, Nm.
@@ -70,7 +70,6 @@ class BiasForce:
     __slots__ = (
         "_band",
         "_closed",
-        "_hidden",
         "_integral",
         "_kept",
         "_kept_moving",
@@ -101,19 +100,12 @@ class BiasForce:
     def reset(self) -> None:
         """No torque at once."""
         self.torque: Matrix = np.zeros(6)
-        self._hidden = np.zeros(6)
         self._integral = np.zeros(6)
         self._wait = 0
 
-    def begin(self, hidden: Matrix) -> None:
-        """Something else complies from now on: what the integral held was for another frame.
-
-        Args:
-            hidden: (6,), what friction may hide in the compliance frame, N and N m: the most that
-                the integral may add in the air.
-        """
+    def begin(self) -> None:
+        """Something else complies from now on: what the integral held was for another frame."""
         self._integral[:] = 0.0
-        self._hidden = np.minimum(hidden, self._limit)
         self._wait = self._passage
 
     @property
@@ -164,10 +156,9 @@ class BiasForce:
         """The integral, one cycle on: it gets an arm going that looks for contact."""
         before, faded = self._integral, self._kept * self._integral
         pushes = np.where(before * missing >= 0.0, before, faded) + self._rate * missing
-        most = np.maximum(self._hidden, np.abs(faded))
         moves = np.abs(gone) > self._moving
-        pushes = np.where(moves, self._kept_moving * before, np.clip(pushes, -most, most))
-        return np.where(asked == 0.0, faded, pushes)
+        pushes = np.where(moves, self._kept_moving * before, pushes)
+        return np.where(asked == 0.0, faded, np.clip(pushes, -self._limit, self._limit))
 
     def _within(self, torque: Matrix) -> Matrix:
         """The torque, all of it less by the same part where a joint cannot give it."""

@@ -218,7 +218,7 @@ class ForceControl:
             math.compliance = now = now.changed(now.selection, now.frame)
         if selection != now.selection or (selection.size and _is_elsewhere(frame, now.frame)):
             math.compliance = now.changed(selection, frame)
-            self._bias.begin(self.felt.hidden(math.dynamics.J, frame))
+            self._bias.begin()
         elif selection.size:
             math.compliance = now._replace(frame=frame)
 
