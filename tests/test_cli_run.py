@@ -61,7 +61,7 @@ def written(directory: Path, text: str, name: str = "program.py") -> Path:
         ("x = 1\nx.y\n", "line 2: AttributeError"),
         ("def program(arm):\n    {}['part']\n", "line 2: KeyError: 'part'"),
         ("import json\ndef program(arm):\n    json.loads('x')\n", "line 3: JSONDecodeError"),
-        ("def program(arm):\n    arm.sleep('long')\n", "line 2: TypeError"),
+        ("def program(arm):\n    arm.sleep(1.0 + 'long')\n", "line 2: TypeError"),
         ("def program(arm):\n    arm.move('nowhere', 'somehow')\n", "line 2: "),
         ("def program(arm):\n    arm.gripper.close(force=7)\n", "gripper force 7 is outside 0..1"),
         ("import sys\nsys.exit(0)\n", "line 2: sys.exit(0) would end"),
