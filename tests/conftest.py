@@ -7,7 +7,7 @@ one: ``pytest --hypothesis-profile=shrink``.
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 
 settings.register_profile(
     "shrink",

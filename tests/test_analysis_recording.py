@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bus_nodes import Listener
-from recorded_run import FAR, LONG, there_and_back
+from support.bus_nodes import Listener
+from support.recorded_run import FAR, LONG, there_and_back
 
 from rfms_can.analysis.motions import motions, thesis_motions
 from rfms_can.analysis.recording import Recording, RecordingError, load_recording
@@ -19,7 +19,8 @@ from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire import ESTOP_VALUES, HEARTBEAT_EVERY, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.nodes import HEARTBEAT_EVERY
 from rfms_can.wire.records import Estop
 from rfms_can.wire.vocabulary import Mode
 

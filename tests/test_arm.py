@@ -4,7 +4,7 @@ from math import pi
 
 import pytest
 
-from rfms_can.arm import ARMS, JOINTS, PUMA_260, PUMA_560, Arm, arm_by_name, friction_set
+from rfms_can.arm import ARMS, JOINT_COUNT, PUMA_260, PUMA_560, Arm, arm_by_name, friction_set
 from rfms_can.errors import ArmError
 
 arms = pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))
@@ -63,7 +63,7 @@ def test_park_is_inside_the_limits_with_room_to_home(arm: Arm) -> None:
 
 
 @arms
-@pytest.mark.parametrize("joint", range(JOINTS))
+@pytest.mark.parametrize("joint", range(JOINT_COUNT))
 def test_board_scale_spans_torque_speed_and_range(arm: Arm, joint: int) -> None:
     scale, drive = arm.board_scale(joint), arm.drives[joint]
     assert abs(scale.torque_per_dac_code) * 2048 == pytest.approx(drive.torque_limit)

@@ -5,21 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibrations import exact_calibration
+from support.calibrations import exact_calibration
 
 from rfms_can.arm import PUMA_260, PUMA_560, Load
 from rfms_can.arm.calibration import Calibration, as_toml, load_calibration, save_calibration
 from rfms_can.arm.torque_law import joint_current
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.fitted import random_poses
+from rfms_can.dynamics.model import KINDS, make_dynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import ArmError
 from rfms_can.kinematics import jacobian
 from rfms_can.master.start_up.node_parameters import all_parameters
-from rfms_can.models import make_dynamics
-from rfms_can.models.dynamics_model import KINDS
-from rfms_can.models.fitted import random_poses
 from rfms_can.plant.variant import make_variant
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import JOINTS
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.vocabulary import Parameter
 
 TABLE = make_variant("table41", PUMA_560, "thesis")

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rfms_can.bus.filters import cover
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 
 IDENTIFIERS = st.sets(st.integers(0, 0x7FF), max_size=200)
 

@@ -16,8 +16,8 @@ from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.hub.server import Hub
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
-from rfms_can.rendezvous import LOCK_FILE
+from rfms_can.link.rendezvous import LOCK_FILE
+from rfms_can.wire.frame import Frame
 
 Connect = Callable[..., HubPort]
 WAIT_S = 0.05

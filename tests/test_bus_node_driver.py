@@ -9,13 +9,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from bus_nodes import Listener, Responder, Talker
+from support.bus_nodes import Listener, Responder, Talker
 
 from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.node_driver import MAX_FRAMES_BEFORE_TIMER, NodeDriver, run_node
 from rfms_can.bus.port import LONGEST_WAIT_S
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 MS = 1_000_000
 
@@ -141,8 +141,8 @@ def test_a_node_on_the_verbs_hub_answers_until_the_hub_is_stopped(
     verb = "import typer; from rfms_can.cli.hub import hub; typer.run(hub)"
     node = """
 import rfms_can.bus.driver as driver
-from bus_nodes import Responder
-from rfms_can.frame import Frame
+from support.bus_nodes import Responder
+from rfms_can.wire.frame import Frame
 answer = Responder("node", {1: [Frame(2, bytes(64))]})
 driver.run_node(answer, driver.open_port("hub:verb", answer.accepts))
 """

@@ -4,9 +4,9 @@ import json
 
 import pytest
 import typer
-from bus_nodes import Talker
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.bus_nodes import Talker
 from typer.testing import CliRunner
 
 from rfms_can.bus.budget import Budget, Cycle, Rows, Traffic, budget
@@ -15,7 +15,7 @@ from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
 from rfms_can.cli.budget import budget as budget_verb
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 MS = 1_000_000
 FD_1_5 = BusTiming(1_000_000, 5_000_000)

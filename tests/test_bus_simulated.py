@@ -1,15 +1,15 @@
 """The simulated bus: order, time, queues, errors; everything repeats to the nanosecond."""
 
 import pytest
-from bus_nodes import Listener, Responder, Talker
 from hypothesis import given
 from hypothesis import strategies as st
+from support.bus_nodes import Listener, Responder, Talker
 
 from rfms_can.bus.disturbance import EVERYONE, Disturbance
 from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 TIMING = BusTiming(1_000_000, 5_000_000)
 INTERMISSION_NS = 3000

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rfms_can.bus.canfd_struct import pack_canfd, pack_socketcan, unpack_canfd, unpack_socketcan
 from rfms_can.bus.socketcan_port import TX_RETRIES, SocketCanPort
 from rfms_can.errors import BusError
-from rfms_can.frame import FD_LENGTHS, Frame
+from rfms_can.wire.frame import FD_LENGTHS, Frame
 
 frames = st.one_of(
     st.sampled_from(sorted(FD_LENGTHS)).flatmap(

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from rfms_can.bus.stuffing import classic_crc15
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 FD_1_5 = BusTiming(1_000_000, 5_000_000)
 CLASSIC = BusTiming(1_000_000, None)

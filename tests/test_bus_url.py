@@ -6,7 +6,7 @@ import pytest
 from rfms_can.bus.driver import PythonCanPort, open_port
 from rfms_can.bus.url import parse_bus_url
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 NOTHING_HEARD: frozenset[int] = frozenset()
 

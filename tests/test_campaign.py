@@ -6,9 +6,9 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from command_line import Rfms, run_here
 from hypothesis import given
 from hypothesis import strategies as st
+from support.command_line import Rfms, run_here
 
 from rfms_can.analysis.campaign import runs as campaign_runs
 from rfms_can.analysis.campaign.conditions import Conditions

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from command_line import run_here
+from support.command_line import run_here
 
 pytestmark = pytest.mark.system
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from rfms_can.cli import doctor as doctor_module
 from rfms_can.cli.doctor import PACKAGES, can_interfaces, doctor, memory_lock, package, real_time
-from rfms_can.codec import database_hash
+from rfms_can.wire.codec import database_hash
 
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
-from recorded_run import there_and_back
+from support.recorded_run import there_and_back
 from typer.testing import CliRunner, Result
 
 from rfms_can.analysis.canvas import PlotError
@@ -27,7 +27,7 @@ from rfms_can.cli.plot import plot
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 
 pytestmark = pytest.mark.system
 

@@ -5,13 +5,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import Rfms, run_here
-from system_run import SHORT
+from support.command_line import Rfms, run_here
+from support.system_run import SHORT
 
 from rfms_can import __version__
 from rfms_can.cli.options import DEFAULT_BUS, settings_from
-from rfms_can.codec import DBC_VARIABLE, database_hash, load_database
 from rfms_can.rig.settings import RunSettings
+from rfms_can.wire.codec import DBC_VARIABLE, database_hash, load_database
 
 STILL = "def program(arm):\n    arm.sleep(0.04)\n"
 POSITION = """\

@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from command_line import Rfms, run_here
-from served import Client
+from support.command_line import Rfms, run_here
+from support.served import Client
 from test_link_sockets import free_port
 from test_system_serve import move
 

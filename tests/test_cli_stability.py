@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import Ended, Rfms, run_here
+from support.command_line import Ended, Rfms, run_here
 
 from rfms_can.arm import PUMA_560
 from rfms_can.cli.stability import frame_of

@@ -24,7 +24,7 @@ from rfms_can.compliance import (
     position_rows,
     stiffness_rows,
 )
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import TransformError
 from rfms_can.kinematics import direct
 from rfms_can.transform import Transform

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_golden import golden
 from numpy.typing import NDArray
+from support.kinematics_golden import golden
 
 from rfms_can.arm import ARMS, PUMA_260, PUMA_560, Arm
 from rfms_can.compliance import (
@@ -25,7 +25,7 @@ from rfms_can.compliance import (
     regular_pose,
 )
 from rfms_can.compliance.projector import OVERSHOOT, damped
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.kinematics import REGULAR_BOUNDS, singularity_margins
 from rfms_can.transform import Transform
 

@@ -5,15 +5,15 @@ import inspect
 from collections.abc import Awaitable, Callable
 
 import pytest
-from core_socket import AsyncCoreSocket, CoreSocket
-from server_bench import SECOND, Bench, Coordinator
+from support.core_socket import AsyncCoreSocket, CoreSocket
+from support.server_bench import SECOND, Bench, Coordinator
 
 from rfms_can.coordinator import Arm, AsyncArm, Transform, connect_async
 from rfms_can.coordinator.aio_remote import AsyncRemoteLink
 from rfms_can.coordinator.remote import RemoteLink
 from rfms_can.errors import FaultError, LeaseError, LinkError, MoveError, ProgramError
 from rfms_can.messages import CycleReached, JawAtRest, MoveOver, MoveRequest
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 
 LONG_LEASE_S = 10.0
 

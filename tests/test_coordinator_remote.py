@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import msgspec
 import pytest
-from core_socket import CoreSocket
-from server_bench import SECOND, Bench, Coordinator
-from short_program import program
-from statuses import status
+from support.core_socket import CoreSocket
+from support.server_bench import SECOND, Bench, Coordinator
+from support.short_program import program
+from support.statuses import status
 
 from rfms_can.coordinator import Arm, connect, emergency_stop
 from rfms_can.coordinator.conversation import ANSWER_S, Conversation
@@ -24,13 +24,13 @@ from rfms_can.errors import (
     ProgramError,
     TransformError,
 )
-from rfms_can.frame import Frame
 from rfms_can.messages import AtRest, LeaseRequest, MoveRequest, Query, Refusal
 from rfms_can.rig.session import Session
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
 from rfms_can.transform import Transform
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
 
 LONG_LEASE_S = 10.0
 """Longer than a test: the thread that renews it has nothing to do."""

@@ -13,7 +13,7 @@ import pytest
 from generated import DOCS, with_section
 
 from rfms_can import messages
-from rfms_can.codec import load_database
+from rfms_can.wire.codec import load_database
 
 
 @pytest.mark.parametrize(

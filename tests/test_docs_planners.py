@@ -4,10 +4,10 @@ import re
 from pathlib import Path
 
 import pytest
+from planners.bench import PLANNERS, compare
+from planners.table import COLUMNS, cells, reasons
+from planners.task import TASKS
 
-from rfms_can.analysis.planners.bench import PLANNERS, compare
-from rfms_can.analysis.planners.table import COLUMNS, cells, reasons
-from rfms_can.analysis.planners.task import TASKS
 from rfms_can.arm import PUMA_260
 
 PAGE = (Path(__file__).parents[1] / "docs" / "planners.md").read_text(encoding="utf-8")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from served import Running
+from support.served import Running
 
 from rfms_can import coordinator
 from rfms_can.coordinator import Arm

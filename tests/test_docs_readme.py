@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from rfms_can.frame import Frame
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Sync
 
 ROOT = Path(__file__).parents[1]

@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from command_line import run_here
+from support.command_line import run_here
 
 from rfms_can.analysis.stability import largest_frequency
 from rfms_can.master.math_processor import COMPLIANT_DAMPING

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rfms_can.arm import ARMS, Arm
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 
 GOLDEN = Path(__file__).parent / "golden"
 arms = pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from rfms_can.arm import PUMA_260, PUMA_560, Load, friction_set
 from rfms_can.arm.load import NOTHING
+from rfms_can.dynamics.model import make_dynamics
 from rfms_can.kinematics import Joints, direct
 from rfms_can.master.force.felt import TARE_CYCLES, Felt
 from rfms_can.master.force.specification import NO_FORCE
 from rfms_can.master.force.wrench import weight
-from rfms_can.models import make_dynamics
 from rfms_can.transform import Transform
 
 T = 0.004

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from rfms_can.arm import PUMA_560, Load
 from rfms_can.compliance import compliance_jacobian
-from rfms_can.dynamics import GRAVITY
+from rfms_can.dynamics.model import make_dynamics
+from rfms_can.dynamics.rigid_body import GRAVITY
 from rfms_can.kinematics import direct, jacobian
 from rfms_can.master.force.wrench import in_frame, weight
-from rfms_can.models import make_dynamics
 from rfms_can.transform import Transform, differential_transform
 
 six = st.tuples(*[st.floats(-50.0, 50.0)] * 6)

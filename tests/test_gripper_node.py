@@ -1,14 +1,15 @@
 """The gripper node: homes on its stop, opens, closes and holds, and has the same ladder."""
 
 import pytest
-from node_bench import PERIOD_NS, Bench, Heard
+from support.node_bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260, Arm
 from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_PART, GripperNode
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.plant.jaw import Jaw
-from rfms_can.wire import ESTOP_VALUES, GRIPPER, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.nodes import GRIPPER
 from rfms_can.wire.records import Config, Estop, Gripper, Measure
 from rfms_can.wire.vocabulary import (
     Command,

@@ -11,25 +11,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import MAIN, run_here
-from ideal_experiments import ideal_data
+from support.command_line import MAIN, run_here
+from support.ideal_experiments import ideal_data
 
-from rfms_can.analysis.identification.identify import _stretched
-from rfms_can.analysis.identification.torque import KnownLoad, turned_joint, weighed_joint
-from rfms_can.analysis.identification.trace import converter_fits, trace_of
-from rfms_can.analysis.identification.truth import truth_of
-from rfms_can.analysis.identification.windows import windows_of
 from rfms_can.arm import arm_by_name
-from rfms_can.plant.variant import make_variant
-from rfms_can.rig.identification.control import (
+from rfms_can.identification.compensation_comparison import (
     IDENTIFIED,
     NONE_AT_ALL,
     compare,
     compensations,
 )
-from rfms_can.rig.identification.data import Data, DataError, fingerprint, load, save
-from rfms_can.rig.identification.experiments import Experiment, experiments
-from rfms_can.rig.identification.procedure import run_all, run_one, tasks_of
+from rfms_can.identification.experiments.data import Data, DataError, fingerprint, load, save
+from rfms_can.identification.experiments.plan import Experiment, experiments
+from rfms_can.identification.experiments.procedure import run_all, run_one, tasks_of
+from rfms_can.identification.fit.identify import _stretched
+from rfms_can.identification.fit.torque import KnownLoad, turned_joint, weighed_joint
+from rfms_can.identification.fit.trace import converter_fits, trace_of
+from rfms_can.identification.fit.truth import truth_of
+from rfms_can.identification.fit.windows import windows_of
+from rfms_can.plant.variant import make_variant
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig, Session
 from rfms_can.rig.settings import RunSettings

@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ideal_experiments import ideal_data, ideal_experiments
+from support.ideal_experiments import ideal_data, ideal_experiments
 
-from rfms_can.analysis.identification.identify import VALIDATION, identify
-from rfms_can.analysis.identification.least_squares import IdentificationError
-from rfms_can.analysis.identification.result import Identification, calibration_of
-from rfms_can.analysis.identification.summary import (
+from rfms_can.arm import JOINT_COUNT, arm_by_name
+from rfms_can.arm.calibration import Calibration
+from rfms_can.identification.experiments.plan import experiments
+from rfms_can.identification.experiments.tap import NOTHING_CAME
+from rfms_can.identification.fit.identify import VALIDATION, identify
+from rfms_can.identification.fit.least_squares import IdentificationError
+from rfms_can.identification.fit.result import Identification, calibration_of
+from rfms_can.identification.fit.summary import (
     compare_models,
     constant_figures,
     torque_figures,
 )
-from rfms_can.analysis.identification.truth import truth_of
-from rfms_can.arm import JOINTS, arm_by_name
-from rfms_can.arm.calibration import Calibration
-from rfms_can.rig.identification.experiments import experiments
-from rfms_can.rig.identification.tap import NOTHING_CAME
+from rfms_can.identification.fit.truth import truth_of
 
 pytestmark = pytest.mark.system
 
@@ -124,4 +124,4 @@ def test_nothing_is_read_from_the_model() -> None:
 def test_the_validation_is_of_an_experiment_that_exists() -> None:
     for name in ("puma260", "puma560"):
         assert VALIDATION in {experiment.name for experiment in experiments(arm_by_name(name))}
-    assert JOINTS == 6
+    assert JOINT_COUNT == 6

@@ -7,7 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rfms_can.analysis.identification.configurations import (
+from rfms_can.arm import PUMA_260, PUMA_560, Arm
+from rfms_can.dynamics.fitted import fitted_constants
+from rfms_can.dynamics.rigid_body import ArmDynamics
+from rfms_can.dynamics.simplified import SimplifiedDynamics
+from rfms_can.identification.fit.configurations import (
     BETTER_4_29,
     CORRECTED_4_2,
     CORRECTED_4_29,
@@ -16,25 +20,22 @@ from rfms_can.analysis.identification.configurations import (
     equation_of,
     first_joint,
 )
-from rfms_can.analysis.identification.least_squares import IdentificationError, solve
-from rfms_can.analysis.identification.links import smoothed
-from rfms_can.analysis.identification.momentum import printed_sum, twice
-from rfms_can.analysis.identification.significance import (
+from rfms_can.identification.fit.least_squares import IdentificationError, solve
+from rfms_can.identification.fit.links import smoothed
+from rfms_can.identification.fit.momentum import printed_sum, twice
+from rfms_can.identification.fit.significance import (
     fine_motion,
     gross_motion,
     significance,
     velocity_torque,
 )
-from rfms_can.analysis.identification.truth import (
+from rfms_can.identification.fit.truth import (
     THESIS_OZ_IN,
     VERDICTS,
     identities,
     thesis_constants,
     truth_of,
 )
-from rfms_can.arm import PUMA_260, PUMA_560, Arm
-from rfms_can.dynamics import ArmDynamics
-from rfms_can.models import SimplifiedDynamics, fitted_constants
 from rfms_can.plant.variant import make_variant
 
 TRUTH = truth_of(make_variant("table41", PUMA_560, "corke")).constants

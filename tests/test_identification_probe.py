@@ -8,14 +8,14 @@ import pytest
 from rfms_can.arm import ARMS, arm_by_name
 from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
-from rfms_can.master.probe import FULL_SCALE, LEVELS, Finding, Probe
+from rfms_can.identification.experiments.probe import FULL_SCALE, LEVELS, Finding, Probe
+from rfms_can.identification.experiments.probing import WiringError, probe, require_sound
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.variant import Variant, make_variant
 from rfms_can.plant.wired_board import WiredBoard
-from rfms_can.rig.identification.probing import WiringError, probe, require_sound
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 
 SETTINGS = RunSettings(arm="puma560")
 

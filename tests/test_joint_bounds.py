@@ -3,11 +3,11 @@
 import math
 
 import pytest
-from joint_bench import JointBench
-from node_bench import PERIOD_NS
+from support.joint_bench import JointBench
+from support.node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.ladder import Reaction
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 
 PERIOD = PERIOD_NS * 1e-9

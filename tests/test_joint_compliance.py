@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from operator import mul
 
 import pytest
-from joint_bench import JointBench
+from support.joint_bench import JointBench
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.wire import BIAS_BELONGS, COMPLY_BELONGS, JOINTS, NO_SET, Wire
+from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, NO_SET, Wire
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Bias, Comply, Dac, JointError, Rows
 from rfms_can.wire.vocabulary import Command, FaultCode, Law, NodeState, Parameter
 

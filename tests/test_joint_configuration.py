@@ -1,10 +1,10 @@
 """The configuration dialogue, seen from a joint node."""
 
 import pytest
-from joint_bench import JointBench
-from node_bench import PERIOD_NS
+from support.joint_bench import JointBench
+from support.node_bench import PERIOD_NS
 
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Config
 from rfms_can.wire.vocabulary import Command, ConfigStatus, NodeState, Parameter
 

@@ -6,16 +6,17 @@ from itertools import pairwise
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from joint_bench import JointBench
+from support.joint_bench import JointBench
 
 from rfms_can.arm import ARMS, Arm
-from rfms_can.encoder import AMBIGUITY, EncoderReference
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.servo import Servo
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.node.encoder import AMBIGUITY, EncoderReference
 from rfms_can.plant.board import Board
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Measure, Reference
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 

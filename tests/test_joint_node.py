@@ -4,15 +4,16 @@ import random
 from collections.abc import Callable
 
 import pytest
-from joint_bench import JointBench
-from node_bench import PERIOD_NS, Heard
+from support.joint_bench import JointBench
+from support.node_bench import PERIOD_NS, Heard
 
 from rfms_can.arm import ARMS
-from rfms_can.frame import Frame
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.kinematics import configuration_of, direct, inverse
 from rfms_can.transform import Transform
-from rfms_can.wire import ESTOP_VALUES, JOINTS, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Estop, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 

@@ -5,14 +5,14 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from joint_bench import JointBench
-from node_bench import PERIOD_NS
+from support.joint_bench import JointBench
+from support.node_bench import PERIOD_NS
 
-from rfms_can.codec import load_database
-from rfms_can.frame import FD_LENGTHS, Frame
 from rfms_can.joint_nodes.joint import JointNode
-from rfms_can.protection import Refusal
-from rfms_can.wire import ESTOP_VALUES, MESSAGES, Wire
+from rfms_can.wire.codec import load_database
+from rfms_can.wire.contract import ESTOP_VALUES, MESSAGES, Wire
+from rfms_can.wire.frame import FD_LENGTHS, Frame
+from rfms_can.wire.protection import Refusal
 from rfms_can.wire.records import Estop, Nmt, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 

@@ -14,7 +14,7 @@ from rfms_can.joint_nodes.friction import PASSAGE_PART, REVERSAL_S
 from rfms_can.joint_nodes.servo import Servo
 from rfms_can.joint_nodes.stop_ramp import StopRamp
 from rfms_can.master.start_up.node_parameters import joint_parameters
-from rfms_can.wire import JOINTS
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.vocabulary import Law, Parameter
 
 T = 0.004

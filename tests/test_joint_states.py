@@ -3,8 +3,8 @@
 from itertools import product
 
 import pytest
-from joint_bench import JointBench
-from node_bench import PERIOD_NS
+from support.joint_bench import JointBench
+from support.node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.joint_nodes.states import (
@@ -24,7 +24,7 @@ from rfms_can.master.phases import (
     PhaseEvent,
     next_phase,
 )
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Nmt
 from rfms_can.wire.vocabulary import Command, NodeState
 

@@ -1,18 +1,19 @@
 """From power-up to an enabled arm: who is there, what each holds, who is named when it fails."""
 
 import pytest
-from node_bench import PERIOD_NS
-from nodes_rig import Fleet
+from support.node_bench import PERIOD_NS
+from support.nodes_rig import Fleet
 
 from rfms_can.arm import PUMA_260
-from rfms_can.frame import Frame
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.start_up.configurator import Configurator
 from rfms_can.master.start_up.node_parameters import all_parameters
-from rfms_can.node import Node
-from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
+from rfms_can.node.protocol import Node
 from rfms_can.wire.configuration import configuration_hash
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
 from rfms_can.wire.records import Config, ConfigAck, Heartbeat
 from rfms_can.wire.vocabulary import Command, ConfigStatus, NodeState, Parameter
 

@@ -4,14 +4,14 @@ import math
 from typing import NamedTuple
 
 import pytest
-from nodes_rig import Fleet
+from support.nodes_rig import Fleet
 
-from rfms_can.frame import Frame
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import Clock
 from rfms_can.messages import GripperRequest
-from rfms_can.protection import Refusal
-from rfms_can.wire import MESSAGES, Wire
+from rfms_can.wire.contract import MESSAGES, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.protection import Refusal
 from rfms_can.wire.records import Dac, Heartbeat, JointError, Measure, Nmt, Rows, Setpoint
 
 # --- clocks -----------------------------------------------------------------------------------

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from node_bench import PERIOD_NS
-from nodes_rig import Fleet
+from support.node_bench import PERIOD_NS
+from support.nodes_rig import Fleet
 
 from rfms_can.arm import PUMA_260
 from rfms_can.compliance import ControlLaw, Selection, compliance_jacobian
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.model import FULL, make_dynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import MoveError, ProgramError
 from rfms_can.kinematics import direct
 from rfms_can.master.force.specification import Compliance
@@ -21,10 +22,9 @@ from rfms_can.messages import (
     StopRequest,
     TransformMessage,
 )
-from rfms_can.models import make_dynamics
-from rfms_can.models.dynamics_model import FULL
 from rfms_can.transform import Transform
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Measure, Rows
 from rfms_can.wire.vocabulary import Command, FaultCode, GripperCommand, Law
 

@@ -3,12 +3,13 @@
 from typing import NamedTuple
 
 import pytest
-from nodes_rig import Fleet
+from support.nodes_rig import Fleet
 
 from rfms_can.master.answers import SILENCE_BOUND, Answers, bit
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import Clock
-from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.nodes import GRIPPER, JOINTS
 from rfms_can.wire.records import Dac, Emcy, Estop, Heartbeat, JointError, Measure, Rows
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState
 

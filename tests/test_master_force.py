@@ -5,10 +5,9 @@ import re
 
 import numpy as np
 import pytest
-from force_rig import PushedFleet
+from support.force_rig import PushedFleet
 
 from rfms_can.errors import MoveError
-from rfms_can.frame import Frame
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import status_of
@@ -21,7 +20,9 @@ from rfms_can.messages import (
     TransformMessage,
 )
 from rfms_can.transform import Transform
-from rfms_can.wire import BIAS_BELONGS, COMPLY_BELONGS, JOINTS, Wire
+from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Bias, Comply
 from rfms_can.wire.vocabulary import FaultCode, NodeState
 

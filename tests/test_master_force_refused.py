@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from force_rig import PushedFleet
+from support.force_rig import PushedFleet
 
 from rfms_can.arm.wrist import FORCE_RANGE
 from rfms_can.compliance import SelectionError
@@ -14,7 +14,7 @@ from rfms_can.master.force.felt import TARE_CYCLES
 from rfms_can.master.report import status_of
 from rfms_can.messages import PositionMessage, TareRequest, TransformMessage
 from rfms_can.transform import Transform
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Force
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from rfms_can.master.start_up.roster import Roster
-from rfms_can.wire import PLANT
 from rfms_can.wire.configuration import plant_hash
+from rfms_can.wire.nodes import PLANT
 from rfms_can.wire.records import Heartbeat
 from rfms_can.wire.vocabulary import NodeState
 

@@ -6,7 +6,7 @@ import pytest
 
 from rfms_can.arm import PUMA_560
 from rfms_can.coordinator import Arm, Transform
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import ModeError
 from rfms_can.kinematics import Configuration, direct
 from rfms_can.master.world import WorldModel

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from rfms_can.arm import ARMS, Arm, Link
-from rfms_can.dynamics import ArmDynamics
-from rfms_can.models import fitted_constants
-from rfms_can.models.appendix_b import appendix_b
-from rfms_can.models.terms import CONSTANTS, COUPLING, GRAVITY
+from rfms_can.dynamics.appendix_b import appendix_b
+from rfms_can.dynamics.fitted import fitted_constants
+from rfms_can.dynamics.rigid_body import ArmDynamics
+from rfms_can.dynamics.terms import CONSTANTS, COUPLING, GRAVITY
 
 
 def as_assumed(arm: Arm) -> Arm:

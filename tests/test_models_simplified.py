@@ -14,12 +14,10 @@ import numpy as np
 import pytest
 
 from rfms_can.arm import ARMS, PUMA_560, Arm, Load, known_load, load_alone
-from rfms_can.dynamics import ArmDynamics
-from rfms_can.errors import ArmError
-from rfms_can.kinematics import direct, jacobian
-from rfms_can.models import SimplifiedDynamics, fitted_constants
-from rfms_can.models.fitted import random_poses
-from rfms_can.models.terms import (
+from rfms_can.dynamics.fitted import fitted_constants, random_poses
+from rfms_can.dynamics.rigid_body import ArmDynamics
+from rfms_can.dynamics.simplified import SimplifiedDynamics
+from rfms_can.dynamics.terms import (
     CONSTANTS,
     from_convention_a,
     gravity_row,
@@ -27,6 +25,8 @@ from rfms_can.models.terms import (
     turned,
     value,
 )
+from rfms_can.errors import ArmError
+from rfms_can.kinematics import direct, jacobian
 
 GOLDEN: dict[str, Any] = json.loads(
     (Path(__file__).parent / "golden" / "simplified_model_constants.json").read_text("utf-8")

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from planners.bench import BASELINE, PLANNERS, Figures, Row, compare
+from planners.deviation import deviation
+from planners.planner import NotPossibleError
+from planners.run import Run
+from planners.smoothness import HIGHEST, continuity, peak
+from planners.table import COLUMNS, cells
+from planners.task import TASKS
 from pytest import approx
 
-from rfms_can.analysis.planners.bench import BASELINE, PLANNERS, Figures, Row, compare
-from rfms_can.analysis.planners.deviation import deviation
-from rfms_can.analysis.planners.planner import NotPossibleError
-from rfms_can.analysis.planners.run import Run
-from rfms_can.analysis.planners.smoothness import HIGHEST, continuity, peak
-from rfms_can.analysis.planners.table import COLUMNS, cells
-from rfms_can.analysis.planners.task import TASKS
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import Joints
 
@@ -105,7 +105,10 @@ def test_what_no_planner_can_do_has_a_reason_and_no_figures() -> None:
 def bench(*arguments: str, hide: str = "") -> subprocess.CompletedProcess[str]:
     command = [sys.executable, str(TOOL), *arguments]
     if hide:
-        run = "import runpy, sys; sys.modules[sys.argv[1]] = None; del sys.argv[0:2]; "
+        run = (
+            "import runpy, sys; sys.modules[sys.argv[1]] = None; del sys.argv[0:2]; "
+            f"sys.path.insert(0, {str(TOOL.parent)!r}); "
+        )
         command = [sys.executable, "-c", run + "runpy.run_path(sys.argv[0], run_name='__main__')"]
         command += [hide, str(TOOL), *arguments]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)

@@ -5,15 +5,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from planners_rig import BELT, CORNER, PICK, TAU, order, straight
+from planners import jerk_limited, paul, taylor, thesis, whitney
+from planners.deviation import Off, apart, deviation
+from planners.planner import Method, NotPossibleError
+from planners.run import Run
+from planners.smoothness import differences, peak
+from planners.task import TASKS, Leg, Task
 from pytest import approx
+from support.planners_rig import BELT, CORNER, PICK, TAU, order, straight
 
-from rfms_can.analysis.planners import jerk_limited, paul, taylor, thesis, whitney
-from rfms_can.analysis.planners.deviation import Off, apart, deviation
-from rfms_can.analysis.planners.planner import Method, NotPossibleError
-from rfms_can.analysis.planners.run import Run
-from rfms_can.analysis.planners.smoothness import differences, peak
-from rfms_can.analysis.planners.task import TASKS, Leg, Task
 from rfms_can.arm import PUMA_260, PUMA_560, Arm
 from rfms_can.kinematics import direct
 from rfms_can.transform import Transform

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
-from planners_rig import BELT, CORNER, PICK, TAU, order, straight
+from planners import paul, taylor
+from planners.deviation import apart, deviation
+from planners.double_turn import DoubleTurn
+from planners.planner import NotPossibleError
+from planners.run import Run
+from planners.task import Leg, Task
 from pytest import approx
+from support.planners_rig import BELT, CORNER, PICK, TAU, order, straight
 
-from rfms_can.analysis.planners import paul, taylor
-from rfms_can.analysis.planners.deviation import apart, deviation
-from rfms_can.analysis.planners.double_turn import DoubleTurn
-from rfms_can.analysis.planners.planner import NotPossibleError
-from rfms_can.analysis.planners.run import Run
-from rfms_can.analysis.planners.task import Leg, Task
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import InverseKinematics, Joints, direct

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planning_rig import REST, TOOL, How, Place, PlannedRig, at_angles, at_goal, at_pose
 from pytest import approx
-from trajectory_rig import WeavingGoal
+from support.planning_rig import REST, TOOL, How, Place, PlannedRig, at_angles, at_goal, at_pose
+from support.trajectory_rig import WeavingGoal
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import JointLimitError, KinematicsError, MoveError, UnreachableError

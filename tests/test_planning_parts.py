@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from planning_rig import REST, TOOL, How, PlannedRig, at_goal, at_pose
 from pytest import approx
-from trajectory_rig import LEFT_DOWN, TAU, WeavingGoal
+from support.planning_rig import REST, TOOL, How, PlannedRig, at_goal, at_pose
+from support.trajectory_rig import LEFT_DOWN, TAU, WeavingGoal
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from planning_rig import REST, TOOL, How, PlannedRig, at_angles, at_pose
 from pytest import approx
-from trajectory_rig import TAU
+from support.planning_rig import REST, TOOL, How, PlannedRig, at_angles, at_pose
+from support.trajectory_rig import TAU
 
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import direct

@@ -3,8 +3,8 @@
 from typing import Any
 
 import pytest
-from planning_rig import REST, TOOL, PlannedRig
 from pytest import approx
+from support.planning_rig import REST, TOOL, PlannedRig
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rfms_can.arm import ARMS, JOINTS, PUMA_260, PUMA_560, Arm
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.arm import ARMS, JOINT_COUNT, PUMA_260, PUMA_560, Arm
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import ArmModel
 
@@ -38,7 +38,7 @@ def test_golden_pose_gravity_and_inertia(arm: Arm) -> None:
     """
     cases, armature = golden_within_limits(arm)
     model = ArmModel(arm, arm.friction_sets["none"])
-    correction = np.zeros((JOINTS, JOINTS))
+    correction = np.zeros((JOINT_COUNT, JOINT_COUNT))
     correction[1:3, 1:3] = arm.links[2].physical_inertia[1] - arm.links[2].inertia[1]
     assert correction[1, 1] < 0.0
     for case in cases:
@@ -71,7 +71,9 @@ def test_runs_repeat_bit_by_bit() -> None:
     for _ in range(2):
         model = ArmModel(PUMA_560, PUMA_560.friction_sets["corke"])
         for cycle in range(50):
-            model.step([40.0 * np.sin(0.1 * cycle + joint) for joint in range(JOINTS)], steps=4)
+            model.step(
+                [40.0 * np.sin(0.1 * cycle + joint) for joint in range(JOINT_COUNT)], steps=4
+            )
         runs.append((model.q, model.qd))
     assert runs[0] == runs[1]
     assert runs[0][0] != list(PUMA_560.park)

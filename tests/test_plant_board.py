@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rfms_can.arm import ARMS, JOINTS, PUMA_260, PUMA_560, Arm
+from rfms_can.arm import ARMS, JOINT_COUNT, PUMA_260, PUMA_560, Arm
 from rfms_can.plant.board import Board
 
 arms = pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))
-joints = pytest.mark.parametrize("joint", range(JOINTS))
+joints = pytest.mark.parametrize("joint", range(JOINT_COUNT))
 
 
 @arms
@@ -98,7 +98,7 @@ def test_encoder_counts_from_power_up_in_the_motors_direction(arm: Arm, joint: i
 
 @given(
     arm=st.sampled_from(list(ARMS.values())),
-    joint=st.integers(0, JOINTS - 1),
+    joint=st.integers(0, JOINT_COUNT - 1),
     start=st.floats(-2.0, 2.0),
     moves=st.lists(st.floats(-0.3, 0.3), max_size=8),
 )

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from pytest import approx
-from scene_bench import SceneBench
+from support.scene_bench import SceneBench
 
 from rfms_can.arm import PUMA_560
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.plant.scene import STEEL
 from rfms_can.plant.scene.corner import CORNER
 from rfms_can.plant.scene.curved import CROWN

@@ -6,30 +6,30 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from rfms_can.arm import JOINTS, PUMA_260, PUMA_560, Arm, JointFriction
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.arm import JOINT_COUNT, PUMA_260, PUMA_560, Arm, JointFriction
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
 from rfms_can.plant.friction import DryFriction
 
 Array = npt.NDArray[np.float64]
-FREE_RANGE = ((-1e9, 1e9),) * JOINTS
-ALL_BRAKES = (True,) * JOINTS
+FREE_RANGE = ((-1e9, 1e9),) * JOINT_COUNT
+ALL_BRAKES = (True,) * JOINT_COUNT
 
 
 def random_problem(seed: int) -> tuple[Array, Array, list[JointFriction]]:
     """A response matrix W (symmetric, positive definite), speeds v* and friction bounds."""
     rng = np.random.default_rng(seed)
-    root = rng.normal(size=(JOINTS, JOINTS))
-    W = 1e-3 * (root @ root.T + 0.3 * np.eye(JOINTS))
-    bounds = rng.uniform(0.0, 3.0, size=(JOINTS, 2))
+    root = rng.normal(size=(JOINT_COUNT, JOINT_COUNT))
+    W = 1e-3 * (root @ root.T + 0.3 * np.eye(JOINT_COUNT))
+    bounds = rng.uniform(0.0, 3.0, size=(JOINT_COUNT, 2))
     friction = [JointFriction(float(low), float(high), 0.0) for low, high in bounds]
-    return W, rng.normal(scale=5e-3, size=JOINTS), friction
+    return W, rng.normal(scale=5e-3, size=JOINT_COUNT), friction
 
 
 def oracle(W: Array, v_star: Array, friction: list[JointFriction]) -> Array:
     """Try all 3^6 cases (slip up, slip down, stick) for the one that satisfies every law."""
-    for case in product((-1, 0, 1), repeat=JOINTS):
+    for case in product((-1, 0, 1), repeat=JOINT_COUNT):
         signs = np.array(case)
         p = np.array(
             [
@@ -51,9 +51,9 @@ def oracle(W: Array, v_star: Array, friction: list[JointFriction]) -> Array:
 
 
 def solved(W: Array, v_star: Array, friction: list[JointFriction]) -> tuple[Array, DryFriction]:
-    dry = DryFriction(friction, (0.0,) * JOINTS, FREE_RANGE, 1e-3)
+    dry = DryFriction(friction, (0.0,) * JOINT_COUNT, FREE_RANGE, 1e-3)
     dry.prepare(W.tolist(), NO_BRAKES)
-    speed, q = v_star.tolist(), [0.0] * JOINTS
+    speed, q = v_star.tolist(), [0.0] * JOINT_COUNT
     dry.advance(speed, q)
     assert q == pytest.approx([1e-3 * v for v in speed])
     return np.array(speed), dry
@@ -79,11 +79,11 @@ def test_near_its_stops_every_joint_obeys_friction_or_stop(seed: int) -> None:
     """Ranges of the size of one step: some joints reach a stop, some stick, some slide."""
     step_s, W, v_star, friction = 1e-3, *random_problem(seed)
     rng = np.random.default_rng(1000 + seed)
-    limits = [(-float(low), float(up)) for low, up in rng.uniform(0.0, 3e-6, size=(JOINTS, 2))]
+    limits = [(-float(low), float(up)) for low, up in rng.uniform(0.0, 3e-6, size=(JOINT_COUNT, 2))]
     limits[0] = (-5e-324, 1.0)  # as good as on its stop
-    dry = DryFriction(friction, (0.0,) * JOINTS, limits, step_s)
+    dry = DryFriction(friction, (0.0,) * JOINT_COUNT, limits, step_s)
     dry.prepare(W.tolist(), NO_BRAKES)
-    v, q = v_star.tolist(), [0.0] * JOINTS
+    v, q = v_star.tolist(), [0.0] * JOINT_COUNT
     dry.advance(v, q)
     torque = np.linalg.solve(W, np.array(v) - v_star)
     for i, (f, (lower, upper)) in enumerate(zip(friction, limits, strict=True)):
@@ -98,9 +98,11 @@ def test_near_its_stops_every_joint_obeys_friction_or_stop(seed: int) -> None:
 
 
 def test_a_matrix_that_is_no_inertia_is_refused() -> None:
-    W = np.full((JOINTS, JOINTS), 2.0) - np.eye(JOINTS)  # eigenvalues -1 and 11
+    W = np.full((JOINT_COUNT, JOINT_COUNT), 2.0) - np.eye(JOINT_COUNT)  # eigenvalues -1 and 11
     with pytest.raises(PlantError, match=r"do not settle.*not positive definite"):
-        solved(W, np.arange(1.0, 1.0 + JOINTS), [JointFriction(1e300, 1e300, 0.0)] * JOINTS)
+        solved(
+            W, np.arange(1.0, 1.0 + JOINT_COUNT), [JointFriction(1e300, 1e300, 0.0)] * JOINT_COUNT
+        )
 
 
 def loaded(arm: Arm, part: float, joint: int | None = None) -> tuple[ArmModel, list[float]]:
@@ -122,10 +124,10 @@ def test_a_joint_loaded_below_its_stiction_does_not_creep_in_ten_seconds(
     model, torque = loaded(arm, part)
     model.step(torque, steps=10_000)
     assert model.q == list(arm.park)  # not one bit
-    assert model.qd == [0.0] * JOINTS
+    assert model.qd == [0.0] * JOINT_COUNT
 
 
-@pytest.mark.parametrize("joint", range(JOINTS))
+@pytest.mark.parametrize("joint", range(JOINT_COUNT))
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_a_joint_breaks_away_at_its_friction_of_that_direction(
     joint: int, direction: float
@@ -163,8 +165,8 @@ def test_brakes_hold_against_full_torque(direction: float) -> None:
 def test_brakes_stop_a_moving_arm() -> None:
     model = ArmModel(PUMA_260, PUMA_260.friction_sets["none"])
     model.reset(PUMA_260.park, PUMA_260.speed_limits)
-    model.step([0.0] * JOINTS, ALL_BRAKES, steps=100)
-    assert model.qd == [0.0] * JOINTS
+    model.step([0.0] * JOINT_COUNT, ALL_BRAKES, steps=100)
+    assert model.qd == [0.0] * JOINT_COUNT
 
 
 @pytest.mark.parametrize("friction", ["none", "corke"])
@@ -174,7 +176,7 @@ def test_energy_of_an_undriven_arm_never_grows(friction: str) -> None:
     model.reset(arm.park, (1.0, -0.5, 0.8, 3.0, -2.0, 4.0))
 
     def kinetic() -> float:
-        model.step([0.0] * JOINTS)
+        model.step([0.0] * JOINT_COUNT)
         speed = np.array(model.qd)
         return float(0.5 * speed @ np.array(model.inertia_matrix()) @ speed)
 
@@ -202,6 +204,6 @@ def test_hard_stops_are_never_passed_and_end_the_motion(direction: float) -> Non
             assert lower <= angle <= upper
     stops = [upper if direction > 0.0 else lower for lower, upper in arm.joint_limits]
     assert model.q == pytest.approx(stops, abs=1e-12)
-    assert model.qd == pytest.approx([0.0] * JOINTS, abs=1e-9)
+    assert model.qd == pytest.approx([0.0] * JOINT_COUNT, abs=1e-9)
     model.step([-t for t in torque], steps=5)
     assert all(direction * (stop - q) > 0.0 for q, stop in zip(model.q, stops, strict=True))

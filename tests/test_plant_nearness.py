@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from scene_bench import SceneBench
+from support.scene_bench import SceneBench
 
-from rfms_can.arm import JOINTS, PUMA_560
+from rfms_can.arm import JOINT_COUNT, PUMA_560
 from rfms_can.plant.contact import Contacts
 from rfms_can.plant.physics import FASTEST_TIP, PlantPhysics
 from rfms_can.plant.scene.catalogue import scene_from
@@ -14,7 +14,7 @@ from rfms_can.plant.scene.peg_in_hole import HOLE
 from rfms_can.transform import Transform
 
 DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
-ZERO = (0,) * JOINTS
+ZERO = (0,) * JOINT_COUNT
 
 
 def insertion(bench: SceneBench) -> list[tuple[list[float], Contacts]]:
@@ -62,7 +62,7 @@ def test_steps_are_short_only_where_the_tool_may_touch_something(scene: str) -> 
         q = SceneBench(scene).solve(tip)
         built = scene_from(scene, "puma560")
         plant = PlantPhysics(PUMA_560, "corke", 250.0, initial_q=q, scene=built)
-        plant.step_period(ZERO, ZERO, (True,) * JOINTS)
+        plant.step_period(ZERO, ZERO, (True,) * JOINT_COUNT)
         model, data = plant.model.engine
         assert model.opt.timestep == step_s
         assert data.time == pytest.approx(0.004)

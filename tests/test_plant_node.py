@@ -4,14 +4,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from node_bench import PERIOD_NS, Heard, Reader
+from support.node_bench import PERIOD_NS, Heard, Reader
 
 from rfms_can.arm import PUMA_260
-from rfms_can.frame import Frame
 from rfms_can.plant.node import SILENT_CYCLES, PlantNode
 from rfms_can.plant.physics import PlantPhysics
-from rfms_can.protection import Sender
-from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import GRIPPER, JOINTS
+from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Dac, Estop, Measure, Nmt, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 

@@ -5,14 +5,14 @@ from random import Random
 
 import pytest
 
-from rfms_can.arm import ARMS, JOINTS, PUMA_260, PUMA_560, Arm
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.arm import ARMS, JOINT_COUNT, PUMA_260, PUMA_560, Arm
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import ArmError, PlantError
 from rfms_can.plant.physics import RATES_HZ, PlantPhysics, physics_steps
 
 arms = pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))
-ZERO = (0,) * JOINTS
-BRAKED = (True,) * JOINTS
+ZERO = (0,) * JOINT_COUNT
+BRAKED = (True,) * JOINT_COUNT
 
 
 @pytest.mark.parametrize(
@@ -128,8 +128,8 @@ def test_initial_pose_is_taken_and_checked() -> None:
 def test_any_codes_and_brakes_leave_the_arm_in_its_range(arm: Arm) -> None:
     plant, dice = PlantPhysics(arm, "thesis", 400), Random(1)
     for _ in range(100):
-        codes = [dice.randint(-2048, 2047) for _ in range(JOINTS)]
-        brakes = [dice.random() < 0.15 for _ in range(JOINTS)]
+        codes = [dice.randint(-2048, 2047) for _ in range(JOINT_COUNT)]
+        brakes = [dice.random() < 0.15 for _ in range(JOINT_COUNT)]
         for _ in range(10):
             plant.step_period(codes, ZERO, brakes)
             for q, (lower, upper) in zip(plant.true_q, arm.joint_limits, strict=True):

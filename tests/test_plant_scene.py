@@ -8,7 +8,7 @@ import pytest
 from pytest import approx
 
 from rfms_can.arm import PUMA_560
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.kinematics import InverseKinematics, Joints, configuration_of
 from rfms_can.plant.arm_model import ArmModel
 from rfms_can.plant.scene import Kind

@@ -3,7 +3,7 @@
 import statistics
 
 import pytest
-from node_bench import PERIOD_NS, Reader
+from support.node_bench import PERIOD_NS, Reader
 
 from rfms_can.arm import PUMA_560
 from rfms_can.errors import PlantError
@@ -13,7 +13,7 @@ from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.scene.peg_in_hole import PegInHole
 from rfms_can.plant.wrist_sensor import GOOD, IDEAL, WristSensor, sensor_from
 from rfms_can.transform import Transform
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Force, Sync
 from rfms_can.wire.vocabulary import NodeState
 

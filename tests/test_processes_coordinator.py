@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
-from command_line import end
+from support.command_line import end
 from test_processes_serve import Command
 
 from rfms_can.coordinator import Arm, AsyncArm, TransformError

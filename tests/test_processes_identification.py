@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rfms_can.rig.identification.actions import Burst, Pose
-from rfms_can.rig.identification.experiments import Experiment
-from rfms_can.rig.identification.probing import WiringError, probe, require_sound
-from rfms_can.rig.identification.procedure import run_one, tasks_of
+from rfms_can.identification.experiments.actions import Burst, Pose
+from rfms_can.identification.experiments.plan import Experiment
+from rfms_can.identification.experiments.probing import WiringError, probe, require_sound
+from rfms_can.identification.experiments.procedure import run_one, tasks_of
 from rfms_can.rig.settings import RunSettings
 
 pytestmark = pytest.mark.processes

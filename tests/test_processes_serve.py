@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from command_line import end, start
-from served import LONG_S, Client
+from support.command_line import end, start
+from support.served import LONG_S, Client
 from test_system_processes import assert_nobody_is_left, processes_of
 from test_system_serve import move
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rfms_can.frame import FD_LENGTHS, Frame
-from rfms_can.protection import Sender
 from rfms_can.rig.candump import CandumpWriter, cycles_from_enable, log_line, read_candump
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import FD_LENGTHS, Frame
+from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Dac, Sync
 from rfms_can.wire.vocabulary import NodeState
 

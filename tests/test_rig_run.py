@@ -10,15 +10,13 @@ from pathlib import Path
 import can
 import cantools
 import pytest
-from system_run import SHORT
+from support.system_run import SHORT
 
 from rfms_can.arm import PUMA_260
 from rfms_can.cli.report import print_result, print_rows
-from rfms_can.codec import database_path
 from rfms_can.coordinator import Arm
 from rfms_can.coordinator.stopping import STOPPING_S
 from rfms_can.errors import FaultError, ProgramError, RfmsError
-from rfms_can.frame import Frame
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.master.stillness import Stillness
@@ -29,7 +27,9 @@ from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire import ESTOP_VALUES, Wire
+from rfms_can.wire.codec import database_path
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Estop
 
 pytestmark = pytest.mark.system

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from server_bench import SECOND, Bench, Coordinator, encode
+from support.server_bench import SECOND, Bench, Coordinator, encode
 
 from rfms_can.errors import LinkError
 from rfms_can.master.phases import Phase
@@ -24,7 +24,7 @@ from rfms_can.messages import (
     WaitRequest,
 )
 from rfms_can.transform import Transform
-from rfms_can.wire import ESTOP_VALUES, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.records import Estop, Setpoint
 
 HOME = Transform.identity()

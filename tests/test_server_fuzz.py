@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from server_bench import Bench, Coordinator, encode
+from support.server_bench import Bench, Coordinator, encode
 
 from rfms_can.messages import (
     AtRest,
@@ -32,7 +32,7 @@ from rfms_can.messages import (
     WaitRequest,
 )
 from rfms_can.transform import Transform
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Setpoint
 
 HOME = Transform.identity()

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kinematics_golden import golden
 from numpy.typing import NDArray
+from support.kinematics_golden import golden
 
 from rfms_can.analysis.stability import (
     Verdict,
@@ -26,7 +26,7 @@ from rfms_can.analysis.stability.characteristic import (
 )
 from rfms_can.arm import PUMA_260, PUMA_560
 from rfms_can.compliance import Selection, compliance_jacobian, hybrid_rows
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.kinematics import singularity_margins
 from rfms_can.transform import Transform
 

@@ -28,7 +28,7 @@ from rfms_can.analysis.stability import (
 from rfms_can.analysis.stability.sampled import matrix_exponential
 from rfms_can.arm import PUMA_260, PUMA_560
 from rfms_can.compliance import Selection, compliance_jacobian, hybrid_rows, regular_pose
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import ArmError, RfmsError
 from rfms_can.transform import Transform
 

@@ -5,7 +5,7 @@ Only friction is left out. The poles are those of the nodes' own gains and dampi
 
 import numpy as np
 import pytest
-from force_rig import PushedFleet
+from support.force_rig import PushedFleet
 
 from rfms_can.analysis.stability import Analyst, ControlLaw, Study, Verdict
 from rfms_can.arm import arm_by_name
@@ -18,7 +18,7 @@ from rfms_can.master.math_processor import COMPLIANT_DAMPING
 from rfms_can.master.start_up.node_parameters import parameters_for
 from rfms_can.rig.settings import RunSettings
 from rfms_can.transform import Transform
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.vocabulary import Parameter
 
 WORD = "fx fy rx ry"

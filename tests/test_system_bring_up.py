@@ -4,13 +4,12 @@ import pytest
 
 from rfms_can.arm import ARMS
 from rfms_can.compliance import ControlLaw
+from rfms_can.dynamics.model import FULL, make_dynamics
 from rfms_can.master.math_processor import MathProcessor
 from rfms_can.master.phases import Phase
-from rfms_can.models import make_dynamics
-from rfms_can.models.dynamics_model import FULL
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire import LAST_SET, NO_SET, Wire
+from rfms_can.wire.contract import LAST_SET, NO_SET, Wire
 
 
 @pytest.mark.system

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from served import Running
+from support.served import Running
 
 from rfms_can.coordinator import (
     Arm,

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import Ended, end, start
-from system_run import ROOT, SHORT, TRANSFER
+from support.command_line import Ended, end, start
+from support.system_run import ROOT, SHORT, TRANSFER
 
-from rfms_can.codec import DBC_VARIABLE
 from rfms_can.rig.candump import read_candump
-from rfms_can.wire import JOINTS, NODE_NAMES, Wire
+from rfms_can.wire.codec import DBC_VARIABLE
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import JOINTS, NODE_NAMES
 from rfms_can.wire.records import Measure
 
 pytestmark = pytest.mark.processes

@@ -6,14 +6,15 @@ import pytest
 
 from rfms_can.bus.controller import Controller
 from rfms_can.bus.simulated import SimulatedBus
-from rfms_can.frame import Frame
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.messages import ModeMessage, MoveRequest, PositionMessage, TransformMessage
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import ESTOP_VALUES, JOINTS, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Estop, Measure
 from rfms_can.wire.vocabulary import FaultCode, NodeState
 

@@ -4,12 +4,12 @@ The program is the demo's own; errors are those the joints put on the bus in the
 """
 
 import pytest
-from system_run import SimulatedRun, simulated_run
+from support.system_run import SimulatedRun, simulated_run
 
 from rfms_can.bus.budget import contract_streams
 from rfms_can.bus.schedule import response_times
 from rfms_can.bus.timing import BusTiming
-from rfms_can.wire import JOINTS
+from rfms_can.wire.nodes import JOINTS
 
 pytestmark = pytest.mark.system
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import can
 import pytest
-from system_run import ROOT, SHORT
+from support.system_run import ROOT, SHORT
 
 from rfms_can.cli.app import main
 from rfms_can.coordinator import Arm
@@ -27,7 +27,8 @@ from rfms_can.rig.result import RunResult
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Program
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import NODE_NAMES, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import NODE_NAMES
 from rfms_can.wire.records import Heartbeat
 
 pytestmark = pytest.mark.vcan

@@ -6,8 +6,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from pytest import approx
-from trajectory_path import deviation
-from trajectory_rig import HOME, LEFT_DOWN, POSITIONS, TAU, TOOL, Rig, WeavingGoal
+from support.trajectory_path import deviation
+from support.trajectory_rig import HOME, LEFT_DOWN, POSITIONS, TAU, TOOL, Rig, WeavingGoal
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

@@ -2,7 +2,7 @@
 
 import pytest
 from pytest import approx
-from trajectory_rig import golden, golden_rig
+from support.trajectory_rig import golden, golden_rig
 
 from rfms_can.setpoint.blend import MatchingPolynomial, segment_derivatives
 from rfms_can.wire.vocabulary import Blend

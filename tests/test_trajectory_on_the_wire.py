@@ -1,10 +1,10 @@
 """The golden trajectories end to end: generator, SETPOINT frames, each joint's own solution."""
 
 import pytest
-from trajectory_rig import golden_rig
+from support.trajectory_rig import golden_rig
 
 from rfms_can.setpoint.frames import setpoint_of, values_of
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Setpoint
 from rfms_can.wire.vocabulary import Blend
 

@@ -3,12 +3,12 @@
 import itertools
 
 import pytest
-from wire_messages import PROTECTED, every_protected_message, frames_of
+from support.wire_messages import PROTECTED, every_protected_message, frames_of
 
 from rfms_can.errors import EncodeError
-from rfms_can.frame import Frame
-from rfms_can.protection import Decoder, Refusal
-from rfms_can.wire import ESTOP_VALUES, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.protection import Decoder, Refusal
 from rfms_can.wire.records import Dac, Estop, Setpoint
 
 

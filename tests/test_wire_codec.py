@@ -7,13 +7,13 @@ import pytest
 from cantools.database.can import Message, Signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from wire_messages import MESSAGES, every_message, oracle, pack, payload_of, quiet_values
+from support.wire_messages import MESSAGES, every_message, oracle, pack, payload_of, quiet_values
 
-from rfms_can.codec import MessageCodec
 from rfms_can.errors import EncodeError, FrameError
-from rfms_can.frame import FD_LENGTHS, Frame
-from rfms_can.protection import Decoder, Refusal, Sender
-from rfms_can.wire import Wire
+from rfms_can.wire.codec import MessageCodec
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import FD_LENGTHS, Frame
+from rfms_can.wire.protection import Decoder, Refusal, Sender
 
 NO_NUMBERS = (float("nan"), float("inf"), float("-inf"))
 

@@ -5,20 +5,12 @@ from typing import Any, Final
 import cantools
 import pytest
 from cantools.database.can import Message
-from wire_messages import MESSAGES, every_message, kind_of, node_of, payload_of
+from support.wire_messages import MESSAGES, every_message, kind_of, node_of, payload_of
 
-from rfms_can.codec import HEADER_SIGNALS, database_hash, database_path, load_database
-from rfms_can.wire import (
-    ESTOP_VALUES,
-    GRIPPER,
-    HEARTBEAT_EVERY,
-    JOINTS,
-    MASTER,
-    NODE_NAMES,
-    PLANT,
-    Wire,
-)
-from rfms_can.wire import MESSAGES as RECORDS
+from rfms_can.wire.codec import HEADER_SIGNALS, database_hash, database_path, load_database
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.contract import MESSAGES as RECORDS
+from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, NODE_NAMES, PLANT
 
 DATABASE = load_database()
 CYCLE_MS: Final = 4  # GenMsgCycleTime is written for the default 250 Hz

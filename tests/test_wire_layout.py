@@ -10,9 +10,9 @@ from cantools.database.can import Message
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rfms_can.codec import compile_message, database_hash, database_path, load_database
 from rfms_can.errors import DbcError, EncodeError
-from rfms_can.wire import Wire
+from rfms_can.wire.codec import compile_message, database_hash, database_path, load_database
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Force
 
 Bits = tuple[int, int, bool]  # gap before the signal, length, signed

@@ -6,13 +6,13 @@ from typing import Any
 
 import pytest
 from e2e.p05 import e2e_p05_protect
-from wire_messages import every_protected_message, frames_of, some_values
+from support.wire_messages import every_protected_message, frames_of, some_values
 
-from rfms_can.codec import MessageCodec
 from rfms_can.errors import EncodeError
-from rfms_can.frame import Frame
-from rfms_can.protection import Decoder, Receiver, Refusal
-from rfms_can.wire import Wire
+from rfms_can.wire.codec import MessageCodec
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.protection import Decoder, Receiver, Refusal
 from rfms_can.wire.records import Dac, JointError, Measure, Rows, Sync
 
 

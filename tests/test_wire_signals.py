@@ -6,10 +6,11 @@ from enum import IntEnum
 from typing import Final
 
 from cantools.database.can import Message
-from wire_messages import MESSAGES, every_message, kind_of
+from support.wire_messages import MESSAGES, every_message, kind_of
 
-from rfms_can.frame import FD_LENGTHS, MAX_ID
-from rfms_can.wire import JOINTS, vocabulary
+from rfms_can.wire import vocabulary
+from rfms_can.wire.frame import FD_LENGTHS, MAX_ID
+from rfms_can.wire.nodes import JOINTS
 
 ENUMERATIONS: Final[dict[tuple[str, str], type[IntEnum]]] = {
     ("NMT", "command"): vocabulary.Command,

@@ -20,16 +20,16 @@ from rich.table import Table
 
 from rfms_can.arm import arm_by_name, friction_set
 from rfms_can.coordinator import Arm, Transform
-from rfms_can.endpoint import Endpoint
-from rfms_can.frame import Frame
 from rfms_can.kinematics import InverseKinematics, configuration_of, direct
+from rfms_can.node.endpoint import Endpoint
 from rfms_can.plant.arm_model import ArmModel
-from rfms_can.protection import Decoder, Refusal, Sender
 from rfms_can.rig.candump import cycles_from_enable
 from rfms_can.rig.session import Session
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.protection import Decoder, Refusal, Sender
 
 STEPS = 4  # physics steps of a 4 ms period
 

@@ -13,13 +13,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from planners import jerk_limited
+from planners.bench import PLANNERS, Row, compare
+from planners.planner import NotPossibleError
+from planners.table import NOTES, reasons, table
+from planners.task import TASKS
 from rich.console import Console
 
-from rfms_can.analysis.planners import jerk_limited
-from rfms_can.analysis.planners.bench import PLANNERS, Row, compare
-from rfms_can.analysis.planners.planner import NotPossibleError
-from rfms_can.analysis.planners.table import NOTES, reasons, table
-from rfms_can.analysis.planners.task import TASKS
 from rfms_can.arm import ARMS, arm_by_name
 
 WIDTH = 132
@@ -90,7 +90,7 @@ def main() -> None:
     else:
         show(options, rows)
     if options.picture is not None:
-        from rfms_can.analysis.planners.picture import draw  # noqa: PLC0415
+        from planners.picture import draw  # noqa: PLC0415
 
         draw(tasks[0], names, period_s, options.picture)
 

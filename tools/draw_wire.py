@@ -7,7 +7,7 @@ from cantools.database.can import Message, Signal
 from generated import main, table
 
 from rfms_can.bus.timing import BusTiming
-from rfms_can.codec import load_database
+from rfms_can.wire.codec import load_database
 
 NODES = (*(f"JOINT_{n}" for n in range(1, 7)), "GRIPPER", "MASTER", "PLANT")
 """By their numbers, from 1."""

@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from rfms_can.arm import arm_by_name
 from rfms_can.coordinator import Arm
-from rfms_can.frame import Frame
 from rfms_can.kinematics import Joints, direct
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import status_of
@@ -23,7 +22,8 @@ from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
 from rfms_can.transform import Transform
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
 
 Array = npt.NDArray[np.float64]
 

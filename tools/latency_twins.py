@@ -13,12 +13,13 @@ import sys
 from typing import Final, NamedTuple
 
 from rfms_can.coordinator import Arm, Transform
-from rfms_can.frame import Frame
 from rfms_can.messages import TransformMessage
 from rfms_can.rig.session import Session
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import JOINTS
 
 CYCLES: Final = 5
 """Cycles compared after an observation: more than any may take."""

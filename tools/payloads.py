@@ -18,16 +18,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rfms_can.frame import Frame
-from rfms_can.protection import Refusal
-from rfms_can.rig.identification.actions import program_of
-from rfms_can.rig.identification.experiments import experiments
+from rfms_can.identification.experiments.actions import program_of
+from rfms_can.identification.experiments.plan import experiments
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Program, Rig
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire import GRIPPER, JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import GRIPPER, JOINTS
+from rfms_can.wire.protection import Refusal
 from rfms_can.wire.records import Dac, JointError, Sync
 from rfms_can.wire.vocabulary import NodeState
 

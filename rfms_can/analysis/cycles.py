@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rfms_can.bus.timing import BusTiming
-from rfms_can.codec import MessageCodec
-from rfms_can.frame import Frame
-from rfms_can.protection import Decoder, Refusal
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.codec import MessageCodec
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import JOINTS
+from rfms_can.wire.protection import Decoder, Refusal
 from rfms_can.wire.records import Dac, JointError, Measure, Rows, Setpoint, Sync
 from rfms_can.wire.vocabulary import NodeState
 

@@ -17,7 +17,7 @@ from rfms_can.analysis.canvas import (
 )
 from rfms_can.analysis.cycles import Floats
 from rfms_can.analysis.recording import Recording
-from rfms_can.arm import JOINTS
+from rfms_can.arm import JOINT_COUNT
 
 PAGE: Final = (11.0, 7.8)
 """Size of a sheet, inches."""
@@ -145,7 +145,7 @@ def overview(recording: Recording) -> Sheet:
     torques = sheet.title_panel(2, "Joint torque, part of the drive's limit", "%")
     lines = []
     for joint, color in enumerate(JOINT_COLORS):
-        look = {"color": color, "linestyle": (0, (4, 3)) if joint == JOINTS - 1 else "-"}
+        look = {"color": color, "linestyle": (0, (4, 3)) if joint == JOINT_COUNT - 1 else "-"}
         positions.plot(
             recording.commanded_time, recording.commanded[:, joint], color=color, **_PALE
         )
@@ -159,7 +159,7 @@ def overview(recording: Recording) -> Sheet:
         torques.axhline(bound, color=LIMIT, linestyle="--", linewidth=1.0)
     torques.set_yticks((-100, -50, 0, 50, 100))
     _draw_bus_load(sheet.title_panel(3, "Bus load", "%"), recording)
-    sheet.legend(lines, [f"joint {joint + 1}" for joint in range(JOINTS)])
+    sheet.legend(lines, [f"joint {joint + 1}" for joint in range(JOINT_COUNT)])
     return sheet
 
 
@@ -167,7 +167,7 @@ def quantity_sheet(recording: Recording, quantity: Quantity) -> Sheet:
     """One quantity of all six joints."""
     sheet = Sheet(quantity.title, describe(recording), (3, 2), PAGE)
     handles: dict[str, Any] = {}
-    for joint in range(JOINTS):
+    for joint in range(JOINT_COUNT):
         axes = sheet.title_panel(joint, f"joint {joint + 1}", quantity.unit)
         handles.update(_draw_quantity(axes, recording, quantity, joint))
     sheet.legend(list(handles.values()), list(handles))

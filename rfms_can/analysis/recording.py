@@ -9,13 +9,14 @@ import msgspec
 import numpy as np
 
 from rfms_can.analysis.cycles import CycleLog, Floats, read_cycles
-from rfms_can.arm import JOINTS, Arm, arm_by_name
+from rfms_can.arm import JOINT_COUNT, Arm, arm_by_name
 from rfms_can.bus.budget import Cycle, contract_streams
 from rfms_can.bus.schedule import load
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import RfmsError
 from rfms_can.rig.candump import read_candump
-from rfms_can.wire import HEARTBEAT_EVERY, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import HEARTBEAT_EVERY
 
 LOG: Final = "bus.log"
 SETTINGS: Final = "settings.json"
@@ -105,7 +106,7 @@ class Recording:
     @cached_property
     def speed(self) -> Floats:
         """Joint speeds by the velocity ADC, rad/s (N, 6)."""
-        boards = map(self.arm.board_scale, range(JOINTS))
+        boards = map(self.arm.board_scale, range(JOINT_COUNT))
         scales: Floats = np.array([board.speed_per_adc_code for board in boards])
         return self.log.velocity_codes * scales
 
@@ -117,7 +118,7 @@ class Recording:
     @cached_property
     def torque(self) -> Floats:
         """Joint torques as written to the motor-current DACs, Nm (N, 6)."""
-        boards = map(self.arm.board_scale, range(JOINTS))
+        boards = map(self.arm.board_scale, range(JOINT_COUNT))
         scales: Floats = np.array([board.torque_per_dac_code for board in boards])
         return self.log.current_codes * scales
 
@@ -223,10 +224,12 @@ def _read_log(path: Path, wire: Wire, timing: BusTiming) -> CycleLog:
 def _read_commanded(path: Path) -> Floats:
     try:
         lines = path.read_text(encoding="ascii").splitlines()[1:]
-        table = np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.empty((0, 1 + JOINTS))
+        table = (
+            np.loadtxt(lines, delimiter=",", ndmin=2) if lines else np.empty((0, 1 + JOINT_COUNT))
+        )
     except (ValueError, OSError) as error:
         raise RecordingError(f"{path}: {error}") from error
-    if table.shape[1] != 1 + JOINTS or not np.array_equal(table[:, 0], np.arange(len(table))):
+    if table.shape[1] != 1 + JOINT_COUNT or not np.array_equal(table[:, 0], np.arange(len(table))):
         raise RecordingError(f"{path}: rows must be cycle,q1,...,q6 with cycles 0, 1, 2, ...")
     return np.ascontiguousarray(table[:, 1:])
 

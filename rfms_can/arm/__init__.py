@@ -10,14 +10,14 @@ from typing import Final
 
 from rfms_can.arm.board_scale import BoardScale
 from rfms_can.arm.load import Load, known_load, load_alone
-from rfms_can.arm.mechanism import JOINTS, Arm, Gripper
+from rfms_can.arm.mechanism import JOINT_COUNT, Arm, Gripper
 from rfms_can.arm.parts import Correction, Drive, JointFriction, Link
 from rfms_can.arm.puma import PUMA_260, PUMA_560
 from rfms_can.errors import ArmError
 
 __all__ = [
     "ARMS",
-    "JOINTS",
+    "JOINT_COUNT",
     "PUMA_260",
     "PUMA_560",
     "Arm",

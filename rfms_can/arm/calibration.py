@@ -77,7 +77,7 @@ class Calibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Attributes:
         arm: name of the arm it was made on.
         joints: torque calibration, one per joint.
-        constants: of the simplified dynamics by name (``models/terms.py``), Nm and kg m2.
+        constants: of the simplified dynamics by name (``dynamics/terms.py``), Nm and kg m2.
         deviations: standard deviation of each of them.
         links: of the full dynamics: parameters as ``ArmDynamics.parameters``, armature kg m2.
         notes: what was noticed on the way, e.g. an amplifier with a current of its own.

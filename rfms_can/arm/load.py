@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final
 
-from rfms_can.arm.mechanism import JOINTS, Arm
+from rfms_can.arm.mechanism import JOINT_COUNT, Arm
 from rfms_can.arm.parts import Link, Vector3
 
 
@@ -45,4 +45,4 @@ def load_alone(arm: Arm, load: Load) -> Arm:
     nothing = Link(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     drives = tuple(replace(drive, rotor_inertia=0.0) for drive in arm.drives)
     last = Link(load.mass, load.com, load.inertia)
-    return replace(arm, links=(*(nothing,) * (JOINTS - 1), last), drives=drives)
+    return replace(arm, links=(*(nothing,) * (JOINT_COUNT - 1), last), drives=drives)

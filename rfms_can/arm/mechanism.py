@@ -13,7 +13,7 @@ from rfms_can.arm.board_scale import CONVERTER_CODES, BoardScale
 from rfms_can.arm.parts import Drive, JointFriction, Link
 from rfms_can.errors import ArmError
 
-JOINTS: Final = 6
+JOINT_COUNT: Final = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,8 +75,8 @@ class Arm:
 
     def __post_init__(self) -> None:
         for field in ("joint_limits", "speed_limits", "acceleration_limits", "links", "drives"):
-            if len(getattr(self, field)) != JOINTS:
-                raise ArmError(f"{self.name}: {field} needs {JOINTS} entries, one per joint")
+            if len(getattr(self, field)) != JOINT_COUNT:
+                raise ArmError(f"{self.name}: {field} needs {JOINT_COUNT} entries, one per joint")
 
     @property
     def shoulder_offset(self) -> float:

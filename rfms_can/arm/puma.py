@@ -16,7 +16,7 @@ from math import radians
 from types import MappingProxyType
 from typing import Final
 
-from rfms_can.arm.mechanism import JOINTS, Arm, Gripper
+from rfms_can.arm.mechanism import JOINT_COUNT, Arm, Gripper
 from rfms_can.arm.parts import Correction, Drive, JointFriction, Link
 
 OUNCE_INCH: Final = 7.0615518e-3  # Nm
@@ -104,7 +104,7 @@ def _friction_sets_560() -> Mapping[str, tuple[JointFriction, ...]]:
         JointFriction(positive * OUNCE_INCH, negative * OUNCE_INCH, joint.viscous)
         for (positive, negative), joint in zip(_THESIS_OFFSETS_560, corke, strict=True)
     )
-    none = (JointFriction(0.0, 0.0, 0.0),) * JOINTS
+    none = (JointFriction(0.0, 0.0, 0.0),) * JOINT_COUNT
     return MappingProxyType({"corke": corke, "thesis": thesis, "none": none})
 
 

@@ -20,8 +20,8 @@ from cantools.database.can import Database, Message
 
 from rfms_can.bus.schedule import Response, Stream, load, response_times
 from rfms_can.bus.timing import NS_PER_S, BusTiming
-from rfms_can.codec import load_database
 from rfms_can.errors import BusError
+from rfms_can.wire.codec import load_database
 
 TARGET_LOAD: Final = 0.8
 """Load up to which a bus is planned; the rest is for retransmissions and events."""
@@ -33,7 +33,7 @@ PLANT: Final = "PLANT"
 SYNC: Final = "SYNC"
 ROWS: Final = "ROWS_"
 DAC: Final = "DAC_"
-JOINTS: Final = 6
+JOINT_COUNT: Final = 6
 CLASSIC_BYTES: Final = 8
 
 
@@ -184,7 +184,7 @@ def _every(message: Message, rows: Rows, occasional: Collection[str]) -> int:
     if message.name in OCCASIONAL:
         return 1 if message.name in occasional else 0
     if message.name.startswith(ROWS) and rows is Rows.STAGGERED:
-        return JOINTS
+        return JOINT_COUNT
     return int(message.dbc.attributes["RfmsEvery"].value)
 
 
@@ -201,4 +201,4 @@ def _staggered_surplus_ns(responses: Sequence[Response], rows: Rows) -> int:
     if rows is Rows.ALL:
         return 0
     costs = [r.wire_ns for r in responses if r.stream.name.startswith(ROWS)]
-    return sum(costs) * (JOINTS - 1) // JOINTS
+    return sum(costs) * (JOINT_COUNT - 1) // JOINT_COUNT

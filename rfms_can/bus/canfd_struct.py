@@ -7,7 +7,7 @@ import sys
 from typing import Final
 
 from rfms_can.errors import FrameError
-from rfms_can.frame import MAX_ID, Frame
+from rfms_can.wire.frame import MAX_ID, Frame
 
 CANFD_BYTES: Final = 72
 CLASSIC_BYTES: Final = 16

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from rfms_can.frame import Frame
-from rfms_can.node import Node
+from rfms_can.node.protocol import Node
+from rfms_can.wire.frame import Frame
 
 TX_CAPACITY: Final = 32
 """Transmit buffers of one controller: Bosch M_CAN in queue mode has this many, sent by ID."""

@@ -10,7 +10,7 @@ from typing import Final
 import msgspec
 
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 
 class _Everyone:

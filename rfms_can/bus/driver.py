@@ -17,7 +17,7 @@ from rfms_can.bus.port import LONGEST_WAIT_S, OnForeign, Port
 from rfms_can.bus.socketcan_port import SocketCanPort
 from rfms_can.bus.url import HUB, SIM, SOCKETCAN, BusUrl, parse_bus_url
 from rfms_can.errors import BusError, FrameError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 # python-can logs what it then raises: a second line on the screen unless somebody wants the log
 logging.getLogger("can").addHandler(logging.NullHandler())

@@ -18,7 +18,7 @@ from rfms_can.bus.controller import Controller
 from rfms_can.bus.disturbance import Disturbance, Disturber
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import INTERMISSION_BITS, BusTiming
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 ERROR_FRAME_BITS: Final = 12 + 8  # two superposed error flags, delimiter
 SUSPEND_BITS: Final = 8

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Final
 
 from rfms_can.bus.port import LONGEST_WAIT_S, Port
-from rfms_can.node import Node
+from rfms_can.node.protocol import Node
 
 MAX_FRAMES_BEFORE_TIMER: Final = 256
 """A bus that babbles without end must not keep a node from its deadlines."""

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 LONGEST_WAIT_S: Final = 0.05
 """No wait for a frame is longer, so that a driver sees in time that it shall stop."""

@@ -31,8 +31,8 @@ from rfms_can.bus.medium import Medium
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
-from rfms_can.node import Node
+from rfms_can.node.protocol import Node
+from rfms_can.wire.frame import Frame
 
 NEVER: Final = 1 << 62
 MAX_CALLS_AT_ONE_INSTANT: Final = 1000

@@ -20,7 +20,7 @@ from rfms_can.bus.canfd_struct import (
 )
 from rfms_can.bus.port import OnForeign, receive, set_time_limits
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 TX_RETRIES: Final = 20
 TX_RETRY_S: Final = 0.0005

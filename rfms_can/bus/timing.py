@@ -20,7 +20,7 @@ from rfms_can.bus.stuffing import (
     fd_data_stuff_bits,
 )
 from rfms_can.errors import BusError
-from rfms_can.frame import CLASSIC_LENGTHS, Frame
+from rfms_can.wire.frame import CLASSIC_LENGTHS, Frame
 
 NS_PER_S: Final = 1_000_000_000
 INTERMISSION_BITS: Final = 3

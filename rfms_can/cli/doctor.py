@@ -127,7 +127,7 @@ def package(distribution: str, module: str, *, needed: bool) -> Finding:
 def contract() -> Finding:
     """The DBC; imported here, so that a broken package is reported and not run into."""
     try:
-        from rfms_can.codec import database_hash, database_path, load_database
+        from rfms_can.wire.codec import database_hash, database_path, load_database
 
         database = load_database()
     except (DbcError, ImportError, OSError) as error:

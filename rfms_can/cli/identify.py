@@ -16,10 +16,10 @@ from rfms_can.rig.settings import RunSettings
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rfms_can.analysis.identification.result import Identification
     from rfms_can.arm.calibration import Calibration
-    from rfms_can.rig.identification.control import Tracking
-    from rfms_can.rig.identification.data import Data
+    from rfms_can.identification.compensation_comparison import Tracking
+    from rfms_can.identification.experiments.data import Data
+    from rfms_can.identification.fit.result import Identification
 
 SETTINGS = (
     *("arm", "bus", "clock", "rate", "friction", "plant", "servo_friction"),
@@ -68,10 +68,10 @@ def identify(
 
     With --data an interrupted procedure goes on with what it has.
     """
-    from rfms_can.analysis.identification.identify import identify as analyse
-    from rfms_can.analysis.identification.result import calibration_of
     from rfms_can.arm.calibration import save_calibration
-    from rfms_can.rig.identification.probing import probe, require_sound
+    from rfms_can.identification.experiments.probing import probe, require_sound
+    from rfms_can.identification.fit.identify import identify as analyse
+    from rfms_can.identification.fit.result import calibration_of
 
     jobs = jobs or os.cpu_count() or 1
     wishes = Wishes(out, data, report, compare, jobs, attach, as_json)
@@ -85,8 +85,8 @@ def identify(
 def _measure(settings: RunSettings, wishes: Wishes) -> "Mapping[str, Data]":
     """The data of all experiments, of this call and of earlier ones."""
     from rfms_can.cli.identify_progress import ExperimentProgress
-    from rfms_can.rig.identification.experiments import experiments
-    from rfms_can.rig.identification.procedure import run_all, tasks_of
+    from rfms_can.identification.experiments.plan import experiments
+    from rfms_can.identification.experiments.procedure import run_all, tasks_of
 
     data = wishes.data
     place = nullcontext(str(data)) if data is not None else tempfile.TemporaryDirectory()
@@ -108,9 +108,9 @@ def _tell(
     settings: RunSettings, found: "Identification", calibration: "Calibration", wishes: Wishes
 ) -> None:
     """Print what was found beside the plant's truth, or the data sheet of an arm that is none."""
-    from rfms_can.analysis.identification.summary import summary
-    from rfms_can.analysis.identification.truth import truth_of
     from rfms_can.cli.identify_report import print_report, print_significance, print_tracking
+    from rfms_can.identification.fit.summary import summary
+    from rfms_can.identification.fit.truth import truth_of
     from rfms_can.plant.variant import as_built, make_variant
 
     arm, friction = settings.the_arm, settings.friction
@@ -127,7 +127,7 @@ def _tell(
         if tracking is not None:
             print_tracking(settings, tracking)
     if wishes.report is not None:
-        from rfms_can.analysis.identification.figures import draw
+        from rfms_can.identification.fit.figures import draw
 
         for path in draw(found, truth, tracking, wishes.report):
             typer.echo(path, err=wishes.as_json)
@@ -139,7 +139,7 @@ def _compare(
     settings: RunSettings, calibration: "Calibration", truth: "Calibration", wishes: Wishes
 ) -> "Sequence[Tracking]":
     """One fast program with each compensation; the truth's only where it is known."""
-    from rfms_can.rig.identification.control import compare, compensations
+    from rfms_can.identification.compensation_comparison import compare, compensations
 
     with tempfile.TemporaryDirectory() as directory:
         known = None if wishes.attach else truth

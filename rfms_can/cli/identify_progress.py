@@ -8,8 +8,8 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from rfms_can.cli.report import console
-from rfms_can.rig.identification.experiments import Experiment
-from rfms_can.rig.identification.procedure import Task
+from rfms_can.identification.experiments.plan import Experiment
+from rfms_can.identification.experiments.procedure import Task
 from rfms_can.rig.session import Session
 
 

@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
-from rfms_can.analysis.identification.result import Identification
-from rfms_can.analysis.identification.significance import significance
-from rfms_can.analysis.identification.summary import (
+from rfms_can.arm.calibration import Calibration
+from rfms_can.identification.compensation_comparison import IDENTIFIED, NONE_AT_ALL, TRUTH, Tracking
+from rfms_can.identification.fit.result import Identification
+from rfms_can.identification.fit.significance import significance
+from rfms_can.identification.fit.summary import (
     compare_models,
     constant_figures,
     torque_figures,
 )
-from rfms_can.analysis.identification.truth import VERDICTS, identities, thesis_constants
-from rfms_can.arm.calibration import Calibration
+from rfms_can.identification.fit.truth import VERDICTS, identities, thesis_constants
 from rfms_can.rig.gains import gains
-from rfms_can.rig.identification.control import IDENTIFIED, NONE_AT_ALL, TRUTH, Tracking
 from rfms_can.rig.settings import RunSettings
 
 LABELS = {

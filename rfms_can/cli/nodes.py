@@ -10,9 +10,10 @@ import typer
 
 from rfms_can.cli.options import DEFAULT_BUS, RecordOption, takes_settings
 from rfms_can.cli.run import run_program
-from rfms_can.node import Node
+from rfms_can.node.protocol import Node
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import JOINTS
 
 OF_A_NODE: Final = ("bus", "clock", "rate", "barrier", "seed")
 

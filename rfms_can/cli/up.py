@@ -15,7 +15,7 @@ from rfms_can.cli.options import DEFAULT_BUS, JsonOption, RecordOption, takes_se
 from rfms_can.cli.report import console
 from rfms_can.errors import BusError, RfmsError
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import MASTER, NODE_NAMES
+from rfms_can.wire.nodes import MASTER, NODE_NAMES
 
 if TYPE_CHECKING:
     from rfms_can.rig.fleet import Health

@@ -6,7 +6,6 @@ What the axis does in operation, among the others, is the joint node's (``joint.
 from typing import Final
 
 from rfms_can.arm import ARMS, Arm
-from rfms_can.encoder import EncoderReference
 from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.field_node import FieldNode
 from rfms_can.joint_nodes.homing import Homing
@@ -14,7 +13,8 @@ from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import Servo
 from rfms_can.joint_nodes.states import Event
 from rfms_can.joint_nodes.stop_ramp import StopRamp
-from rfms_can.wire import Wire
+from rfms_can.node.encoder import EncoderReference
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Dac, Measure, Reference, Rows
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 

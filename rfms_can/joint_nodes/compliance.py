@@ -9,7 +9,8 @@ acts.
 
 from typing import Final
 
-from rfms_can.wire import JOINTS, NO_SET
+from rfms_can.wire.contract import NO_SET
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Rows
 from rfms_can.wire.vocabulary import Law
 

@@ -8,13 +8,14 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Final
 
-from rfms_can.endpoint import Endpoint
-from rfms_can.frame import Frame
 from rfms_can.joint_nodes.ladder import Ladder, Reaction
 from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
-from rfms_can.node import NOTHING
-from rfms_can.wire import ESTOP_VALUES, HEARTBEAT_EVERY, Wire
+from rfms_can.node.endpoint import Endpoint
+from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.configuration import configuration_hash
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import HEARTBEAT_EVERY
 from rfms_can.wire.records import Config, ConfigAck, Emcy, Estop, Nmt, Sync
 from rfms_can.wire.vocabulary import (
     Command,

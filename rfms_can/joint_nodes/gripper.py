@@ -9,7 +9,8 @@ from typing import Final
 from rfms_can.joint_nodes.field_node import FieldNode
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.states import Event
-from rfms_can.wire import GRIPPER, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import GRIPPER
 from rfms_can.wire.records import Dac, Gripper, Measure, Sync
 from rfms_can.wire.vocabulary import FaultCode, GripperCommand, NodeState, Parameter
 

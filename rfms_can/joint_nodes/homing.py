@@ -7,8 +7,8 @@ exchanged turns the servo into one that drives away), homing ends before the joi
 from collections.abc import Mapping
 from typing import Final
 
-from rfms_can.encoder import EncoderReference
 from rfms_can.joint_nodes.servo import Servo
+from rfms_can.node.encoder import EncoderReference
 from rfms_can.wire.records import Measure, Reference
 from rfms_can.wire.vocabulary import Parameter
 

@@ -1,6 +1,6 @@
 """The frames of one set-point, as they come in: poses, COMPLY and BIAS, in any order."""
 
-from rfms_can.wire import BIAS_BELONGS, COMPLY_BELONGS
+from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS
 from rfms_can.wire.records import Setpoint
 
 

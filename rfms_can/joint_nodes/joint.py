@@ -17,7 +17,8 @@ from rfms_can.joint_nodes.intake import Intake
 from rfms_can.kinematics import JointSolver
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.setpoint.frames import setpoint_of
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Bias, Comply, JointError, Setpoint, Sync
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 

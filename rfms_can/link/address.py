@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from rfms_can.errors import LinkError
-from rfms_can.rendezvous import Rendezvous, living
+from rfms_can.link.rendezvous import Rendezvous, living
 
 DEFAULT_NAME: Final = "rfms"
 SOCKETS: Final = ("requests", "status", "emergency")

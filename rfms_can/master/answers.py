@@ -7,7 +7,7 @@ they have gone out, so that SYNC never names a set that is still in a queue).
 from typing import Final
 
 from rfms_can.master.phases import Phase
-from rfms_can.wire import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, NODE_NAMES, PLANT
+from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, NODE_NAMES, PLANT
 
 SILENCE_BOUND: Final = 3
 """Consecutive cycles without an answer after which its node counts as lost (faults 11 and 13)."""

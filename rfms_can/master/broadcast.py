@@ -3,13 +3,14 @@
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from rfms_can.frame import Frame
 from rfms_can.master.force.specification import Compliance
 from rfms_can.master.math_processor import MathProcessor
-from rfms_can.protection import Sender
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.setpoint.frames import values_of
-from rfms_can.wire import BIAS_BELONGS, COMPLY_BELONGS, HEARTBEAT_EVERY, JOINTS, NO_SET
+from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, NO_SET
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import HEARTBEAT_EVERY, JOINTS
+from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Bias, Comply, Gripper, Nmt, Rows, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from rfms_can.arm import Arm
-from rfms_can.frame import Frame
 from rfms_can.master.force.control import ForceControl, Settings
 from rfms_can.master.listener import Listener
 from rfms_can.master.motion import Motion
@@ -17,9 +16,11 @@ from rfms_can.master.phases import BUS_STATES, CYCLING, Phase
 from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
-from rfms_can.node import NOTHING
+from rfms_can.node.protocol import NOTHING
 from rfms_can.setpoint.cartesian import CartesianSetpoint
-from rfms_can.wire import HEARTBEAT_EVERY, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import HEARTBEAT_EVERY
 
 
 class Carried(NamedTuple):

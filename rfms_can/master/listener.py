@@ -4,8 +4,7 @@ from functools import partial
 from typing import Any
 
 from rfms_can.arm import Arm
-from rfms_can.endpoint import Endpoint
-from rfms_can.frame import IDENTIFIERS, Frame
+from rfms_can.dynamics.model import make_dynamics
 from rfms_can.master.answers import MEASURES, REFERENCES, Answers, bit
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.broadcast import Broadcast
@@ -14,8 +13,10 @@ from rfms_can.master.phases import Phase
 from rfms_can.master.settings import MasterSettings
 from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.start_up.node_parameters import parameters_for
-from rfms_can.models import make_dynamics
-from rfms_can.wire import ESTOP_VALUES, GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT, Wire
+from rfms_can.node.endpoint import Endpoint
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import IDENTIFIERS, Frame
+from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT
 from rfms_can.wire.records import (
     ConfigAck,
     Dac,

@@ -7,11 +7,12 @@ import numpy as np
 
 from rfms_can.arm import Arm
 from rfms_can.compliance import ControlLaw, LawRows, regular_pose
+from rfms_can.dynamics.model import LoadedDynamics
 from rfms_can.kinematics import jacobian
 from rfms_can.master.force.law_rows import ComplyingRows
 from rfms_can.master.force.specification import RIGID, Compliance
-from rfms_can.models import LoadedDynamics
-from rfms_can.wire import JOINTS, LAST_SET, NO_SET
+from rfms_can.wire.contract import LAST_SET, NO_SET
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.vocabulary import Law
 
 RowValues = tuple[float, ...]

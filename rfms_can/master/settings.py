@@ -5,7 +5,7 @@ from enum import IntEnum
 
 from rfms_can.arm.calibration import Calibration
 from rfms_can.compliance import ControlLaw
-from rfms_can.models.dynamics_model import FULL
+from rfms_can.dynamics.model import FULL
 from rfms_can.wire.vocabulary import Blend
 
 

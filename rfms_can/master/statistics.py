@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from rfms_can.wire import JOINTS
+from rfms_can.wire.nodes import JOINTS
 
 LATENESS_EDGES_NS: Final = tuple(10_000 * 2**n for n in range(12))
 """Upper edges of the histogram of SYNC lateness: 10 us, 20 us, ... 20 ms."""

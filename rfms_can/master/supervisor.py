@@ -14,7 +14,7 @@ from rfms_can.master.motion import NOTED
 from rfms_can.master.phases import CYCLING, Phase, PhaseEvent, next_phase
 from rfms_can.master.settings import MasterSettings
 from rfms_can.messages import Answer, GripperRequest, Message, TareRequest
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 
 BRAKING_CYCLES: Final = 12

@@ -14,7 +14,7 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from rfms_can.arm import JOINTS, Arm, JointFriction
+from rfms_can.arm import JOINT_COUNT, Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.contact import NO_CONTACT, ContactReader, Contacts
 from rfms_can.plant.friction import DryFriction
@@ -25,7 +25,7 @@ from rfms_can.plant.scene import FREE, Scene
 BRAKE_TORQUE_RATIO: Final = 4.0
 """P: holding torque of a joint's brake over the torque limit of its drive."""
 
-NO_BRAKES: Final = (False,) * JOINTS
+NO_BRAKES: Final = (False,) * JOINT_COUNT
 
 
 class ArmModel:
@@ -56,7 +56,7 @@ class ArmModel:
         self._limits = arm.joint_limits
         brake_torque = [BRAKE_TORQUE_RATIO * drive.torque_limit for drive in arm.drives]
         self._dry = DryFriction(friction, brake_torque, arm.joint_limits, physics_step_s)
-        self._inertia = np.zeros((JOINTS, JOINTS))
+        self._inertia = np.zeros((JOINT_COUNT, JOINT_COUNT))
         self._damping = np.diag([joint.viscous for joint in friction])
         # Views into MuJoCo's memory, taken once: each attribute look-up costs more than the copy.
         self._qpos, self._qvel = self._data.qpos, self._data.qvel
@@ -69,13 +69,13 @@ class ArmModel:
         if scene.tool is not None:
             self._contacts = ContactReader(self._model, self._data)
         self._near: Nearness | None = None
-        self.q = [0.0] * JOINTS
-        self.qd = [0.0] * JOINTS
+        self.q = [0.0] * JOINT_COUNT
+        self.qd = [0.0] * JOINT_COUNT
         self.reset(arm.park)
         if self._model.npair:
             self._near = Nearness(self._model, self._data)
 
-    def reset(self, q: Sequence[float], qd: Sequence[float] = (0.0,) * JOINTS) -> None:
+    def reset(self, q: Sequence[float], qd: Sequence[float] = (0.0,) * JOINT_COUNT) -> None:
         """Put the arm at ``q`` (6, rad) with speeds ``qd`` (6, rad/s), without friction history.
 
         Raises:

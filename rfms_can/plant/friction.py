@@ -24,7 +24,7 @@ from typing import Final
 
 import numpy as np
 
-from rfms_can.arm import JOINTS, JointFriction
+from rfms_can.arm import JOINT_COUNT, JointFriction
 from rfms_can.errors import PlantError
 
 SPEED_TOLERANCE: Final = 1e-12  # rad/s: changes below do not count
@@ -65,14 +65,14 @@ class DryFriction:
 
     def reset(self) -> None:
         """Forget the torques of the step before."""
-        self.torque = [0.0] * JOINTS
+        self.torque = [0.0] * JOINT_COUNT
         self._on_stop = False
 
     def prepare(
         self,
         response: list[list[float]],
         brakes: Sequence[bool],
-        motor_torque: Sequence[float] = (0.0,) * JOINTS,
+        motor_torque: Sequence[float] = (0.0,) * JOINT_COUNT,
     ) -> None:
         """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on.
 

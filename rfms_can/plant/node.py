@@ -10,12 +10,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from rfms_can.endpoint import Endpoint
-from rfms_can.frame import Frame
-from rfms_can.node import NOTHING
+from rfms_can.node.endpoint import Endpoint
+from rfms_can.node.protocol import NOTHING
 from rfms_can.plant.physics import PlantPhysics
-from rfms_can.wire import ESTOP_VALUES, GRIPPER, HEARTBEAT_EVERY, JOINTS, PLANT, Wire
 from rfms_can.wire.configuration import plant_hash
+from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, PLANT
 from rfms_can.wire.records import Dac, Estop, Force, Measure, Nmt, Reference, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from rfms_can.arm import JOINTS, Arm, JointFriction, Link, Load, friction_set, known_load
+from rfms_can.arm import JOINT_COUNT, Arm, JointFriction, Link, Load, friction_set, known_load
 from rfms_can.arm.load import NOTHING
 from rfms_can.arm.torque_law import TorqueLaw, driven_by, table_4_1
 from rfms_can.errors import PlantError
@@ -52,7 +52,7 @@ class Variant:
     name: str
     arm: Arm
     friction: tuple[JointFriction, ...]
-    wiring: tuple[Wiring, ...] = (IDEAL,) * JOINTS
+    wiring: tuple[Wiring, ...] = (IDEAL,) * JOINT_COUNT
     load: Load = NOTHING
     seed: int = 0
 
@@ -64,13 +64,13 @@ class Variant:
         wiring = self.wiring[joint]
         if wiring == IDEAL:
             return Board(self.arm, joint, q)
-        noise = random.Random(self.seed * JOINTS + joint)
+        noise = random.Random(self.seed * JOINT_COUNT + joint)
         return WiredBoard(self.arm, joint, q, wiring, noise)
 
     @property
     def laws(self) -> tuple[TorqueLaw, ...]:
         """The torque laws its joints follow: the truth an experiment is to find."""
-        boards = [self.arm.board_scale(joint) for joint in range(JOINTS)]
+        boards = [self.arm.board_scale(joint) for joint in range(JOINT_COUNT)]
         return tuple(
             TorqueLaw.of(abs(board.torque_per_dac_code), friction, self._offset(joint))
             for joint, (board, friction) in enumerate(zip(boards, self.friction, strict=True))
@@ -117,7 +117,7 @@ def _nominal(variant: Variant, _: int) -> Variant:
 def _table41(variant: Variant, _: int) -> Variant:
     laws = table_4_1(variant.arm)
     friction = tuple(law.friction for law in laws)
-    wiring = (NOISY,) * JOINTS
+    wiring = (NOISY,) * JOINT_COUNT
     return replace(variant, arm=driven_by(variant.arm, laws), friction=friction, wiring=wiring)
 
 
@@ -141,9 +141,9 @@ def _rewired(variant: Variant, seed: int) -> Variant:
         replace(drive, torque_limit=drive.torque_limit * about_one(TORQUE))
         for drive in variant.arm.drives
     )
-    biased = draw.randrange(JOINTS)
+    biased = draw.randrange(JOINT_COUNT)
     offset = draw.choice((-1, 1)) * draw.randint(*CURRENT_OFFSET)
-    wiring = [NOISY] * JOINTS
+    wiring = [NOISY] * JOINT_COUNT
     wiring[biased] = replace(NOISY, current_offset=offset)
     arm = replace(variant.arm, links=links, drives=drives)
     return replace(variant, arm=arm, friction=friction, wiring=tuple(wiring), seed=seed)
@@ -152,7 +152,7 @@ def _rewired(variant: Variant, seed: int) -> Variant:
 def _perturbed(variant: Variant, seed: int) -> Variant:
     rewired = _rewired(variant, seed)
     wiring = list(rewired.wiring)
-    straight = [joint for joint in range(JOINTS) if not wiring[joint].current_offset]
+    straight = [joint for joint in range(JOINT_COUNT) if not wiring[joint].current_offset]
     backwards = random.Random(~seed).choice(straight)
     wiring[backwards] = replace(wiring[backwards], encoder_sign=-1)
     return replace(rewired, wiring=tuple(wiring))

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TextIO
 
-from rfms_can.frame import Frame
-from rfms_can.wire import Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Sync
 from rfms_can.wire.vocabulary import NodeState
 

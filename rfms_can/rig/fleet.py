@@ -8,7 +8,6 @@ from typing import Final
 import msgspec
 
 from rfms_can.bus.driver import open_port
-from rfms_can.protection import Refusal
 from rfms_can.rig.child import Child, Stop
 from rfms_can.rig.idle import run_idle
 from rfms_can.rig.processes import OTHERS, check_bus, start_hub, start_node
@@ -18,7 +17,9 @@ from rfms_can.rig.recorder import start_recorder
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Program
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import MASTER, NODE_NAMES, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import MASTER, NODE_NAMES
+from rfms_can.wire.protection import Refusal
 from rfms_can.wire.records import Emcy, Heartbeat
 from rfms_can.wire.vocabulary import FaultCode, NodeState
 

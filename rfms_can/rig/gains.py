@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rfms_can.arm.calibration import Calibration
 from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import JOINTS
+from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.vocabulary import Parameter
 
 

@@ -7,7 +7,8 @@ from rfms_can.errors import FaultError
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.rig.processes import open_master_port
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import MASTER, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import MASTER
 
 
 def run_idle(settings: RunSettings, stop: Callable[[], bool]) -> None:

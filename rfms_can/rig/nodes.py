@@ -8,7 +8,8 @@ from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.variant import make_variant
 from rfms_can.plant.wrist_sensor import sensor_from
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire import GRIPPER, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import GRIPPER
 
 
 def make_joint(joint: int, settings: RunSettings, wire: Wire) -> JointNode:

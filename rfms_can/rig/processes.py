@@ -19,13 +19,14 @@ from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import HUB, parse_bus_url
 from rfms_can.errors import BusError
 from rfms_can.master.supervisor import Supervisor
-from rfms_can.node import Node
+from rfms_can.node.protocol import Node
 from rfms_can.rig.child import Child, Stop, describe
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.recorder import start_recorder
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.truth import SceneResult
-from rfms_can.wire import GRIPPER, JOINTS, NODE_NAMES, PLANT, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
 
 LOOK_EVERY: Final = 512
 """Frames between two looks at whether the children live; when no frame comes we look at once."""

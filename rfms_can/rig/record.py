@@ -21,7 +21,8 @@ from rfms_can.errors import RfmsError
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.truth import COLUMNS, Truth
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import JOINTS
 
 LOG: Final = "bus.log"
 SETTINGS: Final = "settings.json"

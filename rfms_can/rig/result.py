@@ -8,7 +8,7 @@ from rfms_can.arm import Arm
 from rfms_can.master.statistics import RunStatistics, Tracking
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.rig.truth import SceneResult
-from rfms_can.wire import JOINTS
+from rfms_can.wire.nodes import JOINTS
 
 
 class JointResult(msgspec.Struct, frozen=True):

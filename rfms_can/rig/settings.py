@@ -10,9 +10,9 @@ from rfms_can.arm.calibration import load_calibration
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.compliance import ControlLaw
+from rfms_can.dynamics.model import FULL, NONE, check_kind
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
-from rfms_can.models.dynamics_model import FULL, NONE, check_kind
 from rfms_can.plant.physics import physics_steps
 from rfms_can.plant.scene import Scene
 from rfms_can.plant.scene.catalogue import scene_from

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
-from rfms_can.frame import Frame
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.supervisor import Supervisor
@@ -12,7 +11,9 @@ from rfms_can.plant.node import PlantNode
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.truth import SceneResult, SceneWatch
-from rfms_can.wire import JOINTS, Wire
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import JOINTS
 
 
 class SimulatedRig:

@@ -25,7 +25,7 @@ from rfms_can.compliance import (
     regular_pose,
     stiffness_rows,
 )
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import RfmsError
 from rfms_can.master.start_up.node_parameters import DAMPING_RATIO, joint_parameters
 from rfms_can.transform import Transform

@@ -10,7 +10,7 @@ import numpy as np
 
 from rfms_can.analysis.stability.continuous import Verdict
 from rfms_can.analysis.stability.study import Analysis, Analyst, Study
-from rfms_can.arm import JOINTS, Arm
+from rfms_can.arm import JOINT_COUNT, Arm
 from rfms_can.errors import RfmsError
 
 Pose = tuple[float, ...]
@@ -86,7 +86,7 @@ def grid_poses(arm: Arm, joints: tuple[int, int], points: int, base: Sequence[fl
         RfmsError: not two different joints, or too few points.
     """
     a, b = joints
-    if a == b or not {a, b} <= set(range(JOINTS)):
+    if a == b or not {a, b} <= set(range(JOINT_COUNT)):
         raise RfmsError(f"grid over joints {a + 1} and {b + 1}: give two different ones of 1 to 6")
     if not 2 <= points <= 1000:
         raise RfmsError(f"grid of {points} points a side: give 2 to 1000")
@@ -149,7 +149,7 @@ def _pose(words: Sequence[str], arm: Arm, where: str) -> Pose:
         q = tuple(float(word) for word in words)
     except ValueError:
         q = ()
-    if len(q) != JOINTS:
+    if len(q) != JOINT_COUNT:
         raise RfmsError(f"{where}: {' '.join(words)!r} is no pose: give six angles in rad")
     for joint, (angle, (lower, upper)) in enumerate(zip(q, arm.joint_limits, strict=True), 1):
         if not lower <= angle <= upper:  # also NaN

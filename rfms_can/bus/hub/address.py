@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import IO, Final
 
 from rfms_can.errors import BusError
-from rfms_can.rendezvous import NAME, Rendezvous, living
+from rfms_can.link.rendezvous import NAME, Rendezvous, living
 
 HUB_NAME: Final = NAME
 SOCKET_FILE: Final = "socket"

@@ -16,7 +16,7 @@ from rfms_can.bus.hub.address import live_hubs
 from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.port import LONGEST_WAIT_S
 from rfms_can.errors import BusError, FrameError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 
 class HubBus(can.BusABC):

@@ -16,7 +16,7 @@ from rfms_can.bus.hub.protocol import MAX_FRAMES_PER_PACKET, MAX_PACKET_BYTES, H
 from rfms_can.bus.port import OnForeign, receive, set_time_limits
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.frame import Frame
+from rfms_can.wire.frame import Frame
 
 WELCOME_WAIT_S: Final = 5.0
 

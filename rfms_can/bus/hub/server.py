@@ -27,7 +27,7 @@ from rfms_can.bus.hub.protocol import MAX_HELLO_BYTES, MAX_PACKET_BYTES, VERSION
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.frame import CLASSIC_LENGTHS, FD_LENGTHS, MAX_ID
+from rfms_can.wire.frame import CLASSIC_LENGTHS, FD_LENGTHS, MAX_ID
 
 Competitor = tuple[int, HubClient, bytes, int]
 """A frame of one round: identifier (with flags), sender, 72 bytes, bus time in ns."""

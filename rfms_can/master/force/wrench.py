@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from rfms_can.arm import Load
-from rfms_can.dynamics import GRAVITY
+from rfms_can.dynamics.rigid_body import GRAVITY
 from rfms_can.messages import Vector6
 from rfms_can.transform import Transform
 

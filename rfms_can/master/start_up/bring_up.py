@@ -3,12 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rfms_can.frame import Frame
 from rfms_can.master.start_up.configurator import Configurator
 from rfms_can.master.start_up.roster import Roster
-from rfms_can.protection import Sender
-from rfms_can.wire import JOINTS, NODE_NAMES, Wire
 from rfms_can.wire.configuration import plant_hash
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import JOINTS, NODE_NAMES
+from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Config, ConfigAck
 from rfms_can.wire.vocabulary import Command, Parameter
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from rfms_can.frame import Frame
-from rfms_can.protection import Sender
-from rfms_can.wire import NODE_NAMES
 from rfms_can.wire.configuration import configuration_hash
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import NODE_NAMES
+from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import ConfigAck
 from rfms_can.wire.vocabulary import ConfigStatus, Parameter
 

@@ -12,10 +12,10 @@ from typing import Final
 
 from rfms_can.arm import Arm, friction_set
 from rfms_can.arm.calibration import Calibration, JointCalibration
-from rfms_can.dynamics import ArmDynamics
+from rfms_can.dynamics.model import NONE
+from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.master.settings import MasterSettings
-from rfms_can.models.dynamics_model import NONE
-from rfms_can.wire import GRIPPER, JOINTS
+from rfms_can.wire.nodes import GRIPPER, JOINTS
 from rfms_can.wire.vocabulary import Parameter
 
 NATURAL_FREQUENCY: Final = 30.0

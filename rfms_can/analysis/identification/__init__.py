@@ -1,1 +1,0 @@
-"""Chapter IV as a procedure: torque laws, gravity, inertia from the data of experiments."""

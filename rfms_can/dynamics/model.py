@@ -1,0 +1,129 @@
+"""Which model a master compensates with: one protocol, four things behind it."""
+
+from collections.abc import Sequence
+from typing import Final, Protocol
+
+import numpy as np
+
+from rfms_can.arm import JOINT_COUNT, Arm, Load, load_alone
+from rfms_can.arm.calibration import Calibration
+from rfms_can.arm.load import NOTHING
+from rfms_can.dynamics.fitted import fitted_constants
+from rfms_can.dynamics.rigid_body import ArmDynamics, Matrix
+from rfms_can.dynamics.simplified import SimplifiedDynamics
+from rfms_can.errors import ArmError
+from rfms_can.kinematics import jacobian
+
+
+class DynamicsModel(Protocol):
+    """Inertia, gravity and Jacobian at the angles of the last update; see ``ArmDynamics``."""
+
+    @property
+    def J(self) -> Matrix:
+        """Jacobian in the T6 frame (6, 6)."""
+
+    @property
+    def M(self) -> Matrix:
+        """Joint-space inertia, kg m2 (6, 6)."""
+
+    @property
+    def g(self) -> Matrix:
+        """Torque that holds the arm, Nm (6)."""
+
+    def update(self, q: Sequence[float]) -> None:
+        """Compute them at joint angles ``q`` (6, rad)."""
+
+
+class NoDynamics:
+    """An arm without weight: nothing is compensated."""
+
+    def __init__(self, arm: Arm) -> None:
+        self.arm = arm
+        self.M: Matrix = np.zeros((JOINT_COUNT, JOINT_COUNT))
+        self.g: Matrix = np.zeros(JOINT_COUNT)
+        self._q: tuple[float, ...] = arm.park
+
+    def update(self, q: Sequence[float]) -> None:
+        """Remember where the Jacobian is wanted."""
+        self._q = tuple(q)
+
+    @property
+    def J(self) -> Matrix:
+        """Jacobian in the T6 frame (6, 6)."""
+        return np.array(jacobian(self.arm, self._q))
+
+
+class LoadedDynamics:
+    """A model of the arm, and the load it carries added to it (thesis IV.6).
+
+    Attributes:
+        J: Jacobian in the T6 frame (6, 6).
+        M: inertia of both, kg m2 (6, 6).
+        g: torque that holds both, Nm (6).
+        load: what the hand holds.
+    """
+
+    def __init__(self, arm: Arm, model: DynamicsModel) -> None:
+        self.arm = arm
+        self._model = model
+        self.load = NOTHING
+        self._alone: ArmDynamics | None = None
+        self.M, self.g = model.M, model.g
+
+    def carry(self, load: Load) -> None:
+        """The hand holds ``load`` from now on; one without mass is none."""
+        if load != self.load:
+            self.load = load
+            self._alone = ArmDynamics(load_alone(self.arm, load)) if load.mass else None
+
+    def update(self, q: Sequence[float]) -> None:
+        """Compute at joint angles ``q`` (6, rad)."""
+        model, alone = self._model, self._alone
+        model.update(q)
+        self.M, self.g = model.M, model.g
+        if alone is not None:
+            alone.update(q)
+            self.M, self.g = self.M + alone.M, self.g + alone.g
+
+    @property
+    def J(self) -> Matrix:
+        """Jacobian in the T6 frame (6, 6)."""
+        return self._model.J
+
+
+FULL: Final = "full"
+SIMPLIFIED: Final = "simplified"
+NONE: Final = "none"
+KINDS: Final = (FULL, SIMPLIFIED, NONE)
+
+
+def check_kind(kind: str) -> None:
+    """Refuse a model that does not exist.
+
+    Raises:
+        ArmError: naming those that do.
+    """
+    if kind not in KINDS:
+        raise ArmError(f"no dynamics {kind!r}; there are: {', '.join(KINDS)}")
+
+
+def make_dynamics(arm: Arm, kind: str, calibration: Calibration | None = None) -> LoadedDynamics:
+    """A model by its name, with identified numbers where there are some.
+
+    Raises:
+        ArmError: there is no such model, or the calibration is another arm's.
+    """
+    check_kind(kind)
+    if calibration is not None:
+        calibration.check(arm)
+    model: DynamicsModel
+    if kind == NONE:
+        model = NoDynamics(arm)
+    elif kind == SIMPLIFIED:
+        given = fitted_constants(ArmDynamics(arm)) if calibration is None else calibration.constants
+        model = SimplifiedDynamics(arm, given)
+    elif calibration is None:
+        model = ArmDynamics(arm)
+    else:
+        model = ArmDynamics(arm, np.array(calibration.parameters), calibration.armature)
+    return LoadedDynamics(arm, model)

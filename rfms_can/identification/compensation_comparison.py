@@ -1,0 +1,87 @@
+"""One fast program with several compensations and the same gains: what knowing the arm is worth."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from rfms_can.arm.calibration import Calibration, save_calibration
+from rfms_can.compliance import ControlLaw
+from rfms_can.dynamics.model import FULL, NONE, SIMPLIFIED
+from rfms_can.errors import FaultError
+from rfms_can.identification.experiments.actions import Tour, program_of
+from rfms_can.identification.experiments.plan import fast_tour
+from rfms_can.rig.result import JointResult
+from rfms_can.rig.runner import execute
+from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.workers import workers
+
+
+class Tracking(NamedTuple):
+    """How well an arm followed.
+
+    Attributes:
+        name: of the compensation.
+        joints: largest and rms error of each while it moves.
+        rms: of all six joints' rms errors, rad.
+        largest: error of any joint, rad.
+    """
+
+    name: str
+    joints: tuple[JointResult, ...]
+    rms: float
+    largest: float
+
+
+LAW: Final = ControlLaw.HYBRID.value
+"""Every joint with gains of its own: the same whatever is known of the arm. Those of the weighted
+law would be the model's."""
+NONE_AT_ALL: Final = "none"
+NOMINAL: Final = "nominal"
+IDENTIFIED: Final = "identified"
+IDENTIFIED_SIMPLE: Final = "identified, simplified"
+TRUTH: Final = "the plant's truth"
+
+
+def compensations(
+    settings: RunSettings, directory: Path, found: Calibration, truth: Calibration | None
+) -> dict[str, RunSettings]:
+    """Settings of each run, by name; calibrations are written into ``directory``."""
+    save_calibration(directory / "identified.toml", found)
+    identified = str(directory / "identified.toml")
+    settings = replace(settings, law=LAW)
+    runs = {
+        NONE_AT_ALL: replace(settings, dynamics=NONE, calibration=""),
+        NOMINAL: replace(settings, dynamics=FULL, calibration=""),
+        IDENTIFIED_SIMPLE: replace(settings, dynamics=SIMPLIFIED, calibration=identified),
+        IDENTIFIED: replace(settings, dynamics=FULL, calibration=identified),
+    }
+    if truth is not None:
+        save_calibration(directory / "truth.toml", truth)
+        true = str(directory / "truth.toml")
+        runs[TRUTH] = replace(settings, dynamics=FULL, calibration=true)
+    return runs
+
+
+def compare(runs: Mapping[str, RunSettings], jobs: int = 1, attach: bool = False) -> list[Tracking]:
+    """The fast program with each compensation; ``attach``: nodes and boards are on the bus.
+
+    Raises:
+        FaultError: a fault halted one of the runs.
+    """
+    tasks = list(runs.items())
+    if jobs > 1 and all(settings.simulated for settings in runs.values()):
+        with workers(jobs) as pool:
+            return pool.map(_run, tasks, chunksize=1)
+    return [_run(task, attach) for task in tasks]
+
+
+def _run(task: tuple[str, RunSettings], attach: bool = False) -> Tracking:
+    name, settings = task
+    tour: Tour = fast_tour(settings.the_arm)
+    outcome = execute(program_of((tour,), settings.the_arm, []), settings, attach=attach)
+    if outcome.fault is not None:
+        raise FaultError(f"compensation {name!r}: {outcome.fault}") from outcome.fault
+    joints = tuple(outcome.result.joints)
+    squares = sum(joint.moving_rms**2 for joint in joints) / len(joints)
+    return Tracking(name, joints, squares**0.5, max(joint.moving_max for joint in joints))

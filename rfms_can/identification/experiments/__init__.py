@@ -1,0 +1,1 @@
+"""Experiments on the bus, before a servo may close and after, and the data they leave."""

@@ -1,0 +1,199 @@
+"""Runs the experiments one after the other, keeps each one's data, and goes on where it stopped."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, NamedTuple, Protocol
+
+from rfms_can.errors import FaultError
+from rfms_can.identification.compensation_comparison import LAW
+from rfms_can.identification.experiments.actions import Mark, program_of
+from rfms_can.identification.experiments.data import (
+    SUFFIX,
+    Data,
+    DataError,
+    fingerprint,
+    load,
+    save,
+)
+from rfms_can.identification.experiments.plan import Experiment
+from rfms_can.identification.experiments.tap import Tap
+from rfms_can.plant.variant import WITH_LOAD
+from rfms_can.rig.candump import read_candump
+from rfms_can.rig.record import LOG
+from rfms_can.rig.runner import execute
+from rfms_can.rig.session import Rig, Session
+from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.simulated import SimulatedRig
+from rfms_can.rig.workers import workers
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+
+Ask = Callable[[bool], None]
+"""Has somebody hang the known load into the hand (True) or take it off; returns when it is done."""
+
+
+class Watcher(Protocol):
+    """Who is told how far it is."""
+
+    def begin(self, experiment: Experiment) -> None:
+        """An experiment begins: where they run one after the other."""
+
+    def cycles(self, session: Session) -> None:
+        """Now and then while it runs, likewise."""
+
+    def end(self, experiment: Experiment, kept: bool) -> None:
+        """Its data are there; ``kept``: they were there before."""
+
+
+UNCOMPENSATED: Final = "none"
+"""Dynamics the master compensates with while nothing is known of the arm."""
+
+
+class Task(NamedTuple):
+    """An experiment, what it runs on, and where its data go."""
+
+    experiment: Experiment
+    settings: RunSettings
+    path: Path
+    digest: str
+    attach: bool = False
+
+
+def tasks_of(
+    plan: Sequence[Experiment], settings: RunSettings, directory: Path, attach: bool = False
+) -> tuple[Task, ...]:
+    """The experiments as tasks. The master compensates nothing, whatever the settings say.
+
+    Where the arm is no plant of ours (``attach``), somebody has to hang the load into its hand.
+    """
+    tasks = []
+    for experiment in plan:
+        own = replace(settings, dynamics=UNCOMPENSATED, calibration="", law=LAW)
+        if experiment.load and not attach:
+            own = replace(own, plant=own.plant + WITH_LOAD)
+        path = directory / (experiment.name + SUFFIX)
+        tasks.append(Task(experiment, own, path, fingerprint(experiment, own), attach))
+    return tuple(tasks)
+
+
+def run_all(
+    tasks: Sequence[Task],
+    watcher: Watcher,
+    *,
+    jobs: int = 1,
+    ask: Ask | None = None,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Mapping[str, Data]:
+    """The data of all experiments, by name: read where they are there, run where not.
+
+    Args:
+        tasks: the experiments.
+        watcher: is told how far it is.
+        jobs: processes that run simulated ones side by side.
+        ask: for the load, where the arm is no plant of ours.
+        interrupted: whether to end; data of finished experiments are kept.
+
+    Raises:
+        DataError: data that are there do not fit.
+        FaultError: a fault halted an experiment.
+        KeyboardInterrupt: ``interrupted`` said so.
+    """
+    found: dict[str, Data] = {}
+    for task in tasks:
+        data = load(task.path, task.digest)
+        if data is not None:
+            found[task.experiment.name] = data
+            watcher.end(task.experiment, True)
+    missing = [task for task in tasks if task.experiment.name not in found]
+    if min(jobs, len(missing)) > 1 and all(task.settings.simulated for task in missing):
+        found.update(_side_by_side(missing, watcher, jobs, interrupted))
+        return found
+    for task in missing:
+        found[task.experiment.name] = _by_itself(task, watcher, ask, interrupted)
+    return found
+
+
+def _by_itself(
+    task: Task, watcher: Watcher, ask: Ask | None, interrupted: Callable[[], bool]
+) -> Data:
+    """Run an experiment in this process and keep its data."""
+    watcher.begin(task.experiment)
+    if ask is not None and task.attach:
+        ask(task.experiment.load)
+    data = run_one(task, watcher.cycles, interrupted)
+    save(task.path, data, task.digest)
+    watcher.end(task.experiment, False)
+    return data
+
+
+LOOK_S: Final = 0.2
+"""How often it is looked for an interrupt while other processes work."""
+
+
+def _side_by_side(
+    tasks: Sequence[Task], watcher: Watcher, jobs: int, interrupted: Callable[[], bool]
+) -> dict[str, Data]:
+    found: dict[str, Data] = {}
+    with workers(min(jobs, len(tasks))) as pool:
+        waiting = {task.experiment.name: pool.apply_async(_work, (task,)) for task in tasks}
+        while waiting:
+            for task in tasks:
+                name = task.experiment.name
+                if name in waiting and waiting[name].ready():
+                    waiting.pop(name).get()
+                    data = load(task.path, task.digest)
+                    if data is None:
+                        raise DataError(f"data {task.path}: gone as soon as it was written")
+                    found[name] = data
+                    watcher.end(task.experiment, False)
+            if interrupted():
+                raise KeyboardInterrupt
+            if waiting:
+                next(iter(waiting.values())).wait(LOOK_S)
+    return found
+
+
+def _work(task: Task) -> None:
+    data = run_one(task)
+    save(task.path, data, task.digest)
+
+
+def run_one(
+    task: Task,
+    progress: Callable[[Session], None] | None = None,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Data:
+    """Run an experiment.
+
+    On the simulated bus its frames are tapped as they pass; elsewhere they are recorded beside the
+    data and read back.
+    """
+    experiment, settings = task.experiment, task.settings
+    marks: list[Mark] = []
+    tap, rigs = Tap(Wire()), list[Rig]()
+
+    def watch(rig: Rig) -> None:
+        rigs.append(rig)
+        if isinstance(rig, SimulatedRig):
+            rig.observe(tap.take)
+
+    record = None if settings.simulated else task.path.with_suffix("")
+    outcome = execute(
+        program_of(experiment.actions, settings.the_arm, marks),
+        settings,
+        record=record,
+        progress=progress,
+        attach=task.attach,
+        watch=watch,
+        interrupted=interrupted,
+    )
+    if outcome.fault is not None:
+        raise FaultError(f"experiment {experiment.name}: {outcome.fault}") from outcome.fault
+    if record is not None:
+        frames: list[tuple[float, Frame]] = read_candump(record / LOG)
+        for _, frame in frames:
+            tap.take(0, frame)
+    zero_counts = tuple(rigs[0].supervisor.arm_state.zero_counts)
+    period_s = 1.0 / settings.rate
+    return Data(tap.table, zero_counts, tuple(marks), period_s, experiment.load)

@@ -1,0 +1,1 @@
+"""From the data of experiments to the constants of the arm."""

@@ -1,0 +1,139 @@
+"""What every node of ours is built on: typed senders and receivers, dispatched by identifier.
+
+Frames are refused and counted before anyone acts on them; frames to send are collected and handed
+back to the driver. No I/O, no clock.
+"""
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+from rfms_can.node.protocol import NOTHING
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import NODE_NAMES
+from rfms_can.wire.protection import Receiver, Refusal, Sender
+from rfms_can.wire.records import Heartbeat
+
+_MAX_U16: Final = 0xFFFF
+
+
+class Endpoint(ABC):
+    """Base of all nodes: half of the node protocol; time is each node's own.
+
+    Args:
+        number: node number (``wire.NODE_NAMES``).
+        wire: compiled codecs.
+        boot_id: changes with every start; given, because nodes draw no random numbers.
+
+    Attributes:
+        name: the node's name.
+        refused: frames refused, by reason.
+        ignored: whole frames that had no effect (stale, not now), by reason.
+        foreign: frames heard that are none of the contract's.
+    """
+
+    def __init__(self, number: int, wire: Wire, boot_id: int) -> None:
+        self.number = number
+        self.name = NODE_NAMES[number]
+        self.wire = wire
+        self.boot_id = boot_id
+        self.refused: Counter[Refusal] = Counter()
+        self.ignored: Counter[str] = Counter()
+        self.foreign = 0
+        self._out: list[Frame] = []
+        self._now_ns = 0
+        self._handlers: dict[int, tuple[Callable[[Frame], Any], Callable[[Any], None]]] = {}
+        self._receivers: list[Receiver[Any]] = []
+        self._senders: list[Sender[Any]] = []
+        self._heartbeat = self._sends(Heartbeat, number)
+
+    @abstractmethod
+    def on_time(self, now_ns: int) -> Sequence[Frame]:
+        """Do what is due."""
+
+    @abstractmethod
+    def next_deadline_ns(self) -> int | None:
+        """When ``on_time`` wants to be called next."""
+
+    @property
+    def accepts(self) -> frozenset[int]:
+        """Identifiers this node hears."""
+        return frozenset(self._handlers)
+
+    @property
+    def discarded(self) -> int:
+        """Frames refused since start."""
+        return sum(self.refused.values())
+
+    @property
+    def lost(self) -> int:
+        """Frames missed since start, by gaps of their counters."""
+        return sum(receiver.lost for receiver in self._receivers)
+
+    def on_frame(self, frame: Frame, now_ns: int) -> Sequence[Frame]:
+        """Take a frame: refuse and count it, or act on its values."""
+        handler = self._handlers.get(frame.id)
+        if handler is None:
+            self.foreign += 1
+            return NOTHING
+        self._now_ns = now_ns
+        take, act = handler
+        values = take(frame)
+        if values is not None:
+            act(values)
+        if not self._out:
+            return NOTHING
+        frames, self._out = self._out, []
+        return frames
+
+    def _hears(
+        self,
+        record: type[NamedTuple],
+        node: int | None,
+        act: Callable[[Any], None],
+        *,
+        ordered: bool = True,
+    ) -> None:
+        """Let ``act`` have the values of every good frame of a message."""
+        receiver = self.wire.receiver(record, node, self.refused, ordered=ordered)
+        self._receivers.append(receiver)
+        self._handlers[self.wire.id(record, node)] = (receiver.take, act)
+
+    def _sends(self, record: type[NamedTuple], node: int | None = None) -> Sender[Any]:
+        """A sender of a message of this node."""
+        sender: Sender[Any] = self.wire.sender(record, node)
+        self._senders.append(sender)
+        return sender
+
+    def _flush(self) -> Sequence[Frame]:
+        """What has been collected to send."""
+        if not self._out:
+            return NOTHING
+        frames, self._out = self._out, []
+        return frames
+
+    def _hear_anew(self) -> None:
+        """Take the next frame of every sender whatever its counter: they may have started anew."""
+        for receiver in self._receivers:
+            receiver.reset()
+
+    def _restart_counters(self) -> None:
+        """All counters of sent and heard frames begin anew, as when the arm is enabled."""
+        self._hear_anew()
+        for sender in self._senders:
+            sender.reset()
+
+    def _beat(self, state: int, register: int = 0, config_hash: int = 0) -> None:
+        """Send a heartbeat."""
+        self._out.append(
+            self._heartbeat.frame(
+                state,
+                register,
+                self.boot_id,
+                self.wire.dbc_hash,
+                config_hash,
+                min(self.discarded, _MAX_U16),
+            )
+        )

@@ -1,0 +1,181 @@
+"""Everything around one joint node: master, plant, and the five other joints."""
+
+from collections.abc import Sequence
+
+from rfms_can.arm import PUMA_260, Arm
+from rfms_can.joint_nodes.joint import JointNode
+from rfms_can.kinematics import configuration_of, direct
+from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.setpoint.cartesian import CartesianSetpoint
+from rfms_can.setpoint.frames import values_of
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import JOINTS
+from rfms_can.wire.records import (
+    JointError,
+    Measure,
+    Reference,
+    Rows,
+    Setpoint,
+)
+from rfms_can.wire.vocabulary import (
+    Blend,
+    Command,
+    Law,
+    Mode,
+    NodeState,
+    Parameter,
+    TrajectoryState,
+)
+from support.node_bench import PERIOD_NS, Bench, Heard
+
+
+class JointBench(Bench):
+    """A joint node, its arm at ``q``, its encoder powered up somewhere else than zero.
+
+    Attributes:
+        q: where the arm is and its set-point lies, rad; change it freely.
+        speed: of the node's own joint, rad/s.
+    """
+
+    POWER_UP_COUNTS = 1234
+
+    def __init__(
+        self,
+        wire: Wire,
+        joint: int = 2,
+        arm: Arm = PUMA_260,
+        changes: dict[Parameter, float] | None = None,
+    ) -> None:
+        self.node = JointNode(joint, wire, 0x100 + joint, PERIOD_NS)
+        parameters = all_parameters(arm, "corke", PERIOD_NS * 1e-9)[joint]
+        super().__init__(self.node, wire, {**parameters, **(changes or {})})
+        self.arm = arm
+        self.index = joint - 1
+        self.q = list(arm.park)
+        self.speed = 0.0
+        self.bias: tuple[float, ...] | None = None
+
+    # --- what the board says ------------------------------------------------------------------
+
+    def counts(self, theta: float | None = None) -> int:
+        """Encoder counts at an angle of the node's joint."""
+        theta = self.q[self.index] if theta is None else theta
+        return round(theta * self.parameters[Parameter.COUNTS_PER_UNIT]) - self.POWER_UP_COUNTS
+
+    def angle(self, theta: float | None = None) -> float:
+        """The angle the encoder resolves, rad."""
+        per_rad = self.wire_value(self.parameters[Parameter.COUNTS_PER_UNIT])
+        return (self.counts(theta) + self.POWER_UP_COUNTS) / per_rad
+
+    def speed_code(self) -> int:
+        """Velocity ADC code."""
+        return round(self.speed / self.parameters[Parameter.RATE_PER_CODE])
+
+    @property
+    def read_speed(self) -> float:
+        """The speed the ADC resolves, rad/s."""
+        return self.speed_code() * self.wire_value(self.parameters[Parameter.RATE_PER_CODE])
+
+    def measure(self, theta: float | None = None, cycle: int | None = None) -> list[Heard]:
+        """MEASURE of the own joint."""
+        low = (self.cycle if cycle is None else cycle) & 0xFF
+        values = (self.counts(theta), 0, self.speed_code(), low, 0, 0)
+        return self.say(Measure, self.number, *values)
+
+    def reference(self, coarse_error: float = 0.0) -> list[Heard]:
+        """REFERENCE: the index pulse last crossed, and the potentiometer off by an error, rad."""
+        p = self.parameters
+        interval = round(p[Parameter.INDEX_INTERVAL_COUNTS])
+        absolute = self.counts() + self.POWER_UP_COUNTS
+        pulse = absolute // interval * interval
+        coarse = (self.q[self.index] + coarse_error - p[Parameter.COARSE_ZERO]) / p[
+            Parameter.COARSE_PER_CODE
+        ]
+        values = (round(coarse), pulse - self.POWER_UP_COUNTS, 1, self.cycle & 0xFF)
+        return self.say(Reference, self.number, *values)
+
+    # --- what the others say ------------------------------------------------------------------
+
+    def setpoint(
+        self, q: Sequence[float] | None = None, cycle: int | None = None, extras: int = 0
+    ) -> list[Heard]:
+        """SETPOINT_1 of an arm held at joint angles ``q``; IDLE, so that the pose is all."""
+        q = self.q if q is None else q
+        pose, configuration = direct(self.arm, q), configuration_of(self.arm, q)
+        setpoint = CartesianSetpoint(
+            *(TrajectoryState.IDLE, Mode.JOINT, Blend.CONTINUOUS, 0.0, 0.0, 0.2),
+            *(pose, configuration, None, configuration),
+        )
+        number = self.cycle if cycle is None else cycle
+        return self.say(Setpoint, 1, *values_of(setpoint, pose, configuration, number, extras))
+
+    def other_errors(
+        self,
+        errors: Sequence[float] = (0.0,) * 6,
+        rates: Sequence[float] = (0.0,) * 6,
+        accelerations: Sequence[float] = (0.0,) * 6,
+        *,
+        without: Sequence[int] = (),
+        cycle: int | None = None,
+    ) -> list[Heard]:
+        """ERROR of the five other joints."""
+        low = (self.cycle if cycle is None else cycle) & 0xFF
+        answers: list[Heard] = []
+        for joint in JOINTS:
+            if joint != self.number and joint not in without:
+                i = joint - 1
+                answers += self.say(JointError, joint, errors[i], rates[i], accelerations[i], low)
+        return answers
+
+    def rows(
+        self,
+        number: int,
+        *,
+        compliance: Sequence[float] | None = None,
+        weighted: Sequence[float] = (0.0,) * 6,
+        gravity: float = 0.0,
+        law: Law = Law.PID,
+        damping: float = 0.0,
+        selection: int = 0,
+        specification: int = 0,
+    ) -> list[Heard]:
+        """The node's own row of a set."""
+        self.row_set = number
+        own = [float(i == self.index) for i in range(6)] if compliance is None else compliance
+        told = (gravity, number, law, damping, selection, specification)
+        return self.say(Rows, self.number, *own, *weighted, *told)
+
+    # --- whole cycles -------------------------------------------------------------------------
+
+    def run(self, cycles: int = 1, row_set: int | None = None) -> list[Heard]:
+        """Good control cycles; the arm stands where its set-point is."""
+        answers: list[Heard] = []
+        for _ in range(cycles):
+            answers += self.sync(row_set=row_set)
+            answers += self.setpoint()
+            answers += self.measure()
+            answers += self.other_errors()
+        return answers
+
+    def home(self) -> None:
+        """From PREOP to READY; the index has been seen already."""
+        self.command(Command.HOME)
+        self.rows(self.row_set)
+        self.sync(NodeState.HOMING)
+        self.measure()
+        self.reference()
+        assert self.state is NodeState.READY
+
+    def start(self) -> None:
+        """From READY to OPERATIONAL, and through the first cycle."""
+        self.command(Command.START)
+        self.cycle = -1
+        self.run()
+        assert self.state is NodeState.OPERATIONAL
+
+    def enable(self) -> "JointBench":
+        """From power-up to OPERATIONAL."""
+        self.configure()
+        self.home()
+        self.start()
+        return self

@@ -1,0 +1,184 @@
+"""Nodes pumped with plain function calls: no bus model, no sleeping.
+
+``Pump`` carries frames between any nodes, at once and in order, unless told to lose, repeat or
+delay some. ``Fleet`` is all nine nodes on a pump.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from rfms_can.joint_nodes.gripper import GripperNode
+from rfms_can.joint_nodes.joint import JointNode
+from rfms_can.kinematics import direct
+from rfms_can.master.phases import Phase
+from rfms_can.master.settings import Clock
+from rfms_can.master.supervisor import Supervisor
+from rfms_can.messages import ModeMessage, MoveRequest, PositionMessage, TransformMessage
+from rfms_can.node.protocol import Node
+from rfms_can.plant.node import PlantNode
+from rfms_can.plant.physics import PlantPhysics
+from rfms_can.plant.wrist_sensor import sensor_from
+from rfms_can.rig.settings import RunSettings
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import GRIPPER, JOINTS
+from support.node_bench import Reader
+
+Fate = Callable[[Frame, Node], bool]
+
+
+class Pump:
+    """Carries frames between nodes and keeps their time.
+
+    Attributes:
+        now_ns: time; moves on from deadline to deadline.
+        sent: every frame handed over, in order.
+    """
+
+    def __init__(self, *nodes: Node) -> None:
+        self.nodes = list(nodes)
+        self.now_ns = 0
+        self.sent: list[Frame] = []
+        self._fates: list[tuple[Fate, int, int]] = []  # whom, copies, delay
+        self._accepts: dict[str, frozenset[int]] = {}
+        self._queue: deque[tuple[Node, Frame]] = deque()
+        self._later: list[tuple[int, Node, Frame]] = []
+
+    def lose(self, fate: Fate) -> None:
+        """Frames, receiver by receiver, that do not arrive."""
+        self._fates.append((fate, 0, 0))
+
+    def repeat(self, fate: Fate) -> None:
+        """Frames that arrive twice."""
+        self._fates.append((fate, 2, 0))
+
+    def delay(self, fate: Fate, delay_ns: int) -> None:
+        """Frames that arrive late."""
+        self._fates.append((fate, 1, delay_ns))
+
+    def heal(self) -> None:
+        """From now on every frame arrives once and at once."""
+        self._fates.clear()
+
+    def post(self, frames: Iterable[Frame]) -> None:
+        """Hand frames over, as if somebody had sent them."""
+        for frame in frames:
+            self.sent.append(frame)
+            for node in self.nodes:
+                if frame.id not in self._accepted_by(node):
+                    continue
+                copies, delay_ns = next(
+                    ((c, d) for fate, c, d in self._fates if fate(frame, node)), (1, 0)
+                )
+                if delay_ns:
+                    self._later.append((self.now_ns + delay_ns, node, frame))
+                else:
+                    self._queue.extend([(node, frame)] * copies)
+
+    def _accepted_by(self, node: Node) -> frozenset[int]:
+        accepts = self._accepts.get(node.name)
+        if accepts is None:
+            accepts = self._accepts[node.name] = node.accepts
+        return accepts
+
+    def run_until(self, goal: Callable[[], bool], most: int = 1_000_000) -> None:
+        """Go on until ``goal`` holds; it must within ``most`` events."""
+        for _ in range(most):
+            if goal():
+                return
+            self.step()
+        raise AssertionError(f"not reached in {most} events")
+
+    def step(self) -> None:
+        """Deliver one frame, or, when all are silent, do what is due next."""
+        if self._queue:
+            node, frame = self._queue.popleft()
+            self.post(node.on_frame(frame, self.now_ns))
+            return
+        times = [due_ns for due_ns, _, _ in self._later]
+        times += [d for node in self.nodes if (d := node.next_deadline_ns()) is not None]
+        assert times, "nothing is left to happen"
+        self.now_ns = max(self.now_ns, min(times))
+        arrived = [entry for entry in self._later if entry[0] <= self.now_ns]
+        if arrived:
+            self._later = [entry for entry in self._later if entry[0] > self.now_ns]
+            self._queue.extend((node, frame) for _, node, frame in arrived)
+            return
+        for node in self.nodes:
+            deadline_ns = node.next_deadline_ns()
+            if deadline_ns is not None and deadline_ns <= self.now_ns:
+                self.post(node.on_time(self.now_ns))
+                return
+
+
+def _physics(run: RunSettings) -> PlantPhysics:
+    sensor = sensor_from(run.sensor, run.seed)
+    return PlantPhysics(run.the_arm, run.friction, run.rate, sensor=sensor)
+
+
+class Fleet:
+    """All nine nodes on a pump.
+
+    Attributes:
+        pump: carries their frames.
+        master, joints, gripper, plant: the nodes.
+    """
+
+    def __init__(self, wire: Wire, clock: Clock = Clock.VIRTUAL, **settings: Any) -> None:
+        run = RunSettings(patience=settings.pop("patience", 3.0), **settings)
+        how = replace(run.master(), clock=clock)
+        watch_ns = how.cycle_limit_ns
+        arm = run.the_arm
+        self.wire = wire
+        self.joints = [JointNode(joint, wire, joint, watch_ns) for joint in JOINTS]
+        self.gripper = GripperNode(wire, GRIPPER, watch_ns)
+        self.plant = PlantNode(_physics(run), wire, 9, watch_ns)
+        self.master = Supervisor(arm, wire, 8, how)
+        self.pump = Pump(*self.joints, self.gripper, self.plant, self.master)
+        self.reader = Reader(wire)
+
+    def reach(self, phase: Phase) -> "Fleet":
+        """Run until the master has reached a phase."""
+        self.pump.run_until(lambda: self.master.phase is phase)
+        return self
+
+    def enable(self) -> "Fleet":
+        """From power-up to RUN, and through the first cycle."""
+        self.reach(Phase.READY)
+        self.master.start()
+        self.reach(Phase.RUN)
+        self.run(1)
+        return self
+
+    def run(self, cycles: int) -> None:
+        """Close so many cycles more."""
+        until = self.master.closed + cycles
+        self.pump.run_until(lambda: self.master.closed >= until)
+
+    def halted(self) -> str:
+        """Run until the master gives up; its reason."""
+        self.pump.run_until(lambda: self.master.fault is not None)
+        assert self.master.phase is Phase.HALT
+        assert self.master.fault is not None
+        return self.master.fault
+
+    def ask_to_move(self, way: Sequence[float], seconds: float = 0.6) -> int:
+        """Ask for a joint motion from park by some angles, rad; its sequence number."""
+        master = self.master
+        goal = [q + step for q, step in zip(master.arm.park, way, strict=True)]
+        master.handle(TransformMessage("goal", direct(master.arm, goal)))
+        master.handle(PositionMessage("there", ["t6"], ["goal"]))
+        master.handle(ModeMessage("swift", "joint", 0.1, seconds))
+        return master.handle(MoveRequest("there", "swift")).sequence
+
+    def id(self, record: type[NamedTuple], node: int | None = None) -> int:
+        """Identifier of a message."""
+        return self.wire.id(record, node)
+
+    def said(self, name: str, since: int = 0) -> list[Any]:
+        """Values of every frame of a message, from ``since`` in ``pump.sent`` on."""
+        identifier = self.wire.codecs[name].id
+        frames = self.pump.sent[since:]
+        return [self.reader.read(frame).values for frame in frames if frame.id == identifier]

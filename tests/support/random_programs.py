@@ -1,0 +1,70 @@
+"""Moves drawn at random, of every kind the generator knows, near a pose of the PUMA 260."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from hypothesis import strategies as st
+
+from rfms_can.arm import PUMA_260
+from rfms_can.kinematics import Joints, direct
+from rfms_can.master.trajectory.goal import FixedGoal, Goal
+from rfms_can.master.trajectory.segment import Move, Transition
+from rfms_can.wire.vocabulary import Mode
+from support.trajectory_rig import LEFT_DOWN, TOOL, MovingGoal, WeavingGoal
+
+REST = (0.2, 1.2, -2.7, 0.3, 1.0, -0.2)
+
+
+class Leg(NamedTuple):
+    """A move of a program, in seconds; ``wait`` after its request."""
+
+    q: Joints
+    kind: str
+    mode: Mode
+    transition: Transition
+    cruise: float
+    acceleration_time: float
+    wait: float
+
+
+def hundredths(least: int, most: int) -> st.SearchStrategy[float]:
+    """Times that are whole at every period the programs are run with."""
+    return st.integers(least, most).map(lambda n: n / 100)
+
+
+def near(angle: float, reach: float) -> st.SearchStrategy[float]:
+    return st.floats(angle - reach, angle + reach)
+
+
+def legs(kinds: Sequence[str]) -> st.SearchStrategy[list[Leg]]:
+    leg = st.builds(
+        Leg,
+        q=st.tuples(
+            near(0.2, 0.3), near(1.2, 0.2), near(-2.7, 0.2),
+            near(0.3, 0.3), near(1.0, 0.3), near(-0.2, 0.3),
+        ),
+        kind=st.sampled_from(kinds),
+        mode=st.sampled_from(Mode),
+        transition=st.sampled_from(Transition),
+        cruise=hundredths(30, 90),
+        acceleration_time=hundredths(10, 30),
+        wait=hundredths(0, 120),
+    )  # fmt: skip
+    return st.lists(leg, min_size=1, max_size=4)
+
+
+def goal_of(leg: Leg, period_s: float) -> Goal:
+    pose = direct(PUMA_260, leg.q)
+    if leg.kind == "moving":
+        return MovingGoal(pose @ TOOL, (0.004, -0.003, 0.002), period_s)
+    if leg.kind == "weaving":
+        return WeavingGoal(pose @ TOOL, 0.001, 0.004)
+    return FixedGoal(pose)
+
+
+def move_of(number: int, leg: Leg, period_s: float) -> Move:
+    acceleration = round(leg.acceleration_time / period_s)
+    ticks = 2 * acceleration + round(leg.cruise / period_s)
+    entry = leg.transition if leg.mode is Mode.CARTESIAN else Transition.JOINT
+    goal = goal_of(leg, period_s)
+    return Move(number, goal, leg.mode, ticks, acceleration, LEFT_DOWN, entry)
