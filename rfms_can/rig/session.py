@@ -14,7 +14,7 @@ from rfms_can.coordinator.stopping import stopped, wait_for
 from rfms_can.errors import FaultError
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
-from rfms_can.master.settings import Clock
+from rfms_can.master.settings import CLOCKS
 from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import StopRequest
 from rfms_can.rig.link import DirectLink
@@ -90,8 +90,8 @@ class Session:
     ) -> None:
         self.rig = rig
         self.supervisor = rig.supervisor
-        realtime = rig.supervisor.settings.clock is Clock.REALTIME
-        self._thread = ThreadedPump(rig.pump) if realtime and threaded else None
+        waits = CLOCKS[rig.supervisor.settings.clock].waits_for_programs
+        self._thread = ThreadedPump(rig.pump) if threaded and not waits else None
         self.link = DirectLink(
             rig.supervisor, self._thread or rig.pump, self._on_cycle, interrupted
         )
