@@ -21,13 +21,13 @@ BURST: Final = "burst"
 TOUR: Final = "tour"
 
 TRANSIT_SPEED: Final = 0.95
-"""Part of the joints' speed limits on the way to where an experiment begins."""
+"""Fraction of the joints' speed limits on the way to where an experiment begins."""
 TRANSIT_ACCELERATION_S: Final = 0.3
 SWEEP_ACCELERATION_S: Final = 0.12
 RISE: Final = 1.875
 """Largest over mean acceleration of a matching polynomial."""
 EASE: Final = 0.95
-"""Part of its limits a burst uses."""
+"""Fraction of its limits that a burst uses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class Tour:
 
     Attributes:
         places: rad (6 each).
-        joint_speed: part of the speed limits.
+        joint_speed: fraction of the speed limits.
         acceleration_time: t_acc, s.
     """
 
