@@ -183,7 +183,7 @@ def test_bias_goes_out_in_the_cycle_of_its_set_point_and_comes_to_the_motors(
     told = np.array([list(bias[:6]) for bias in fleet.said("BIAS", since)])
     limits = np.array([drive.torque_limit for drive in fleet.master.arm.drives])
     assert (np.abs(np.diff(told, axis=0)) <= 0.01001 * limits).all()
-    fine = [p[1] for p in fleet.master._codes]
+    fine = [p[1] for p in fleet.master.inputs._torque_scales]
     for joint in JOINTS:
         code = fleet.said(f"DAC_{joint}", since)[-1].force_dac
         assert code * fine[joint - 1] == pytest.approx(
@@ -399,7 +399,7 @@ def test_what_a_tool_weighs_comes_without_a_step_and_is_compensated(fleet: Pushe
     assert sorted(set(numbers)) == [0, 1]
     jump = abs(rows[numbers.index(1)].gravity - rows[numbers.index(1) - 1].gravity)
     assert jump > 0.5
-    scale = abs(fleet.master._codes[1][0])
+    scale = abs(fleet.master.inputs._torque_scales[1][0])
     torques = np.array([dac.current_dac for dac in fleet.said("DAC_2", since)]) * scale
     assert np.abs(np.diff(torques)).max() < 0.6 * jump
 

@@ -191,7 +191,7 @@ def test_a_configuration_that_does_not_exist(world: WorldModel) -> None:
 
 @pytest.fixture
 def motion() -> Motion:
-    motion = Motion(PUMA_260, PERIOD_S, Blend.CONTINUOUS)
+    motion = Motion(PUMA_260, PERIOD_S, Blend.CONTINUOUS, lambda *_: None)
     motion.enable(PUMA_260.park)
     return motion
 

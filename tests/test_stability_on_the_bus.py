@@ -62,7 +62,7 @@ def test_a_peg_that_complies_in_the_air_comes_to_rest(wire: Wire, arm: str, leng
     assert later < 6e-3
     assert later < 1.5 * late + 1e-3
     J = compliance_jacobian(np.array(jacobian(fleet.master.arm, at[-1])), TOOL_OF[length])
-    errors = np.array(fleet.master.errors)
+    errors = np.array(fleet.master.inputs.errors)
     rigid = ~Selection.parse(WORD).mask
     assert np.abs((J @ errors)[rigid]).max() < 5e-4
 

@@ -16,7 +16,7 @@ from rfms_can.wire.contract import LAST_SET, NO_SET, Wire
 @pytest.mark.parametrize("arm", ARMS)
 def test_a_healthy_bring_up_leaves_no_fault_behind(wire: Wire, arm: str) -> None:
     rig = SimulatedRig(RunSettings(arm=arm), wire)
-    rig.pump(lambda: rig.supervisor.phase is Phase.READY)
+    rig.pump(lambda: rig.master.phase is Phase.READY)
     for node in (*rig.joints, rig.gripper):
         assert (node.register, dict(node.faults), node.discarded) == (0, {}, 0), node.name
 

@@ -46,24 +46,26 @@ Vet = Callable[[Asked, Joints, bool], str | None]
 """Why force control cannot do what a move asks for at joint angles, at rest or not; or None."""
 
 
-def _anything_goes(_asked: Asked, _theta: Joints, _rests: bool) -> str | None:
-    return None
-
-
 class Motion:
     """Trajectory generator, its shadow of the six joints, and the world model.
 
+    Args:
+        arm: the arm.
+        period_s: control period, s.
+        blend: matching polynomial of transitions.
+        vet: says why force control cannot do what a move asks for, or None.
+
     Attributes:
         asked: what the move under way asks of force control; None before the first.
-        vet: says why force control cannot do what a move asks for, or None.
-        generator: the supervisor's half of the trajectory generator.
+        generator: the master's half of the trajectory generator.
         commanded: the commanded trajectory, in double precision.
         world: symbol tables.
     """
 
-    def __init__(self, arm: Arm, period_s: float, blend: Blend) -> None:
+    def __init__(self, arm: Arm, period_s: float, blend: Blend, vet: Vet) -> None:
         self._arm = arm
         self._period = period_s
+        self._vet = vet
         self.commanded = CommandedTrajectory(arm, period_s)
         self.generator = TrajectoryGenerator(period_s, blend)
         self._planner = MovePlanner(arm, period_s)
@@ -72,7 +74,6 @@ class Motion:
         self._moves = AcceptedMoves()
         self._requested = RequestedCompliance()
         self.asked: Asked | None = None
-        self.vet: Vet = _anything_goes
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define_transform,
             PositionMessage: self._define_position,
@@ -87,11 +88,16 @@ class Motion:
         }
 
     def enable(self, q: Sequence[float]) -> None:
-        """Hold where the encoders say the arm is (rad); moves start from there.
+        """Hold where the encoders say the arm is (rad), with no move and no force asked for.
 
         Raises:
             KinematicsError: the wrist is singular there.
         """
+        self._hold(q)
+        self.asked = None
+
+    def _hold(self, q: Sequence[float]) -> None:
+        """Hold at joint angles (rad); moves start from there, those accepted before are over."""
         arm = self._arm
         margin = singularity_margins(arm, q).wrist
         if abs(margin) < WRIST_MARGIN:
@@ -105,7 +111,6 @@ class Motion:
         self.commanded.reset(q)
         self._planner.reset(self.commanded.theta)
         self._moves.clear()
-        self.asked = None
 
     def forget(self) -> None:
         """Begin with empty symbol tables and rigid, for another program; the motion goes on."""
@@ -177,7 +182,7 @@ class Motion:
                 f"wait for it before asking for another"
             )
         asked = move.asked(sequence, self._tick)
-        reason = self.vet(asked, self.commanded.theta, generator.at_rest)
+        reason = self._vet(asked, self.commanded.theta, generator.at_rest)
         if reason:
             raise MoveError(name + reason)
 
@@ -218,9 +223,7 @@ class Motion:
         """The set-point of the next cycle, and why it must not be sent, or None."""
         generator, world = self.generator, self.world
         if generator.stopped:
-            asked = self.asked
-            self.enable(self.commanded.theta)
-            self.asked = asked  # it goes on complying where it stopped
+            self._hold(self.commanded.theta)  # force control goes on complying where it stopped
         for name in world.unseen(generator.tick_count):
             world.halt_transform(name, generator.tick_count, self._limits(name))
         setpoint = generator.tick()

@@ -1,4 +1,9 @@
-"""The phases of the master: one literal table; the state of each phase on the bus beside it."""
+"""The phases of the master: one literal table, the machine that walks it and latches the fault.
+
+How it couples to the other machines: SYNC carries ``BUS_STATES[phase]``, and nodes compare it with
+their own state; NMT commands that go with a change of phase are sent by the control cycle; the
+trajectory generator is enabled on the way to RUN and disabled by a fault.
+"""
 
 from enum import Enum, auto
 from typing import Final
@@ -101,3 +106,53 @@ def next_phase(phase: Phase, event: PhaseEvent) -> Phase:
         return PHASES[phase][event]
     except KeyError:
         raise PhaseError(f"master: {event.name} in phase {phase.name} has no transition") from None
+
+
+class PhaseMachine:
+    """The phase, and the latched fault: the only place where either is changed."""
+
+    __slots__ = ("_fault", "_phase")
+
+    def __init__(self) -> None:
+        self._phase = Phase.ROLL_CALL
+        self._fault: str | None = None
+
+    @property
+    def phase(self) -> Phase:
+        """What the master is doing with the bus."""
+        return self._phase
+
+    @property
+    def fault(self) -> str | None:
+        """Reason of the first fault, or None; latched until the master is started again."""
+        return self._fault
+
+    @property
+    def cycling(self) -> bool:
+        """Whether control cycles run."""
+        return self._phase in CYCLING
+
+    def change(self, event: PhaseEvent) -> None:
+        """Go where the table says.
+
+        Raises:
+            PhaseError: the table has no such transition, or a fault was to be raised without its
+                reason: a bug.
+        """
+        if event is PhaseEvent.FAULT:
+            raise PhaseError("master: a fault is latched with its reason: call latch(reason)")
+        self._phase = next_phase(self._phase, event)
+
+    def latch(self, reason: str) -> bool:
+        """Latch a fault; the first reason stays. At the end of a run there is nothing to stop.
+
+        Returns:
+            Whether the phase has become HALT just now, so that the nodes have to be told.
+        """
+        phase = self._phase
+        if phase is Phase.END:
+            return False
+        if self._fault is None:
+            self._fault = reason
+        self._phase = next_phase(phase, PhaseEvent.FAULT)
+        return phase is not Phase.HALT

@@ -33,6 +33,7 @@ from rfms_can.master.force.specification import (
 )
 from rfms_can.master.force.wrench import in_frame
 from rfms_can.master.math_processor import MathProcessor
+from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.messages import Vector6
 from rfms_can.transform import Transform
 
@@ -114,6 +115,39 @@ class ForceControl:
         self._asked = None
         self._extra[:] = 0.0
         self._math.compliance = Compliance()
+
+    def sense(
+        self,
+        reading: Sequence[float] | None,
+        torques: Sequence[float],
+        commanded: CommandedTrajectory,
+        q: Sequence[float],
+        guarded: bool,
+    ) -> None:
+        """Update what is felt: from the sensor, or, for a guarded move, from the joint torques.
+
+        Args:
+            reading: of the wrist sensor, N and N m (6), or None; one that was lost is not
+                estimated in its place.
+            torques: of the motors, Nm (6).
+            commanded: the trajectory they follow.
+            q: measured joint angles, rad.
+            guarded: whether the move under way is guarded; else nothing met stops it.
+        """
+        dynamics, felt = self._math.dynamics, self.felt
+        if reading is not None:
+            felt.read(reading, dynamics.load, direct(self._arm, q))
+        elif guarded and not felt.sensed:
+            felt.guess(
+                torques,
+                commanded.rate,
+                commanded.acceleration,
+                dynamics.J,
+                dynamics.M,
+                dynamics.g,
+            )
+        if not guarded:
+            self.guards.end()
 
     def close(
         self, asked: Asked | None, q: Sequence[float], errors: Sequence[float], in_force: Compliance

@@ -4,11 +4,11 @@ from collections import deque
 from typing import Final
 
 from rfms_can.errors import LeaseError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
 from rfms_can.master.server.lease import Lease
 from rfms_can.master.settings import Clock
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import AtRest, LeaseRequest, StopRequest
 
 EVENTS_KEPT: Final = 100
@@ -26,11 +26,11 @@ class Control:
         events: what a person at the server may want to read; whoever shows it empties it.
     """
 
-    def __init__(self, supervisor: Supervisor) -> None:
+    def __init__(self, master: MasterNode) -> None:
         self.lease = Lease()
         self.lapses = 0
         self.events: deque[str] = deque(maxlen=EVENTS_KEPT)
-        self._supervisor = supervisor
+        self._master = master
         self._last: str | None = None
         self._stopping = False
 
@@ -40,7 +40,7 @@ class Control:
         Raises:
             LeaseError: another has it, or nobody, or the arm is not enabled.
         """
-        lease, phase = self.lease, self._supervisor.phase
+        lease, phase = self.lease, self._master.phase
         if request.action == "acquire":
             if phase is not Phase.RUN:
                 raise LeaseError(f"the arm is not enabled (phase {phase.name}); try again later")
@@ -48,7 +48,7 @@ class Control:
                 self.events.append(f"{request.name!r} controls the arm")
             lease.acquire(word, request.name, request.duration_s, now_ns)
             if word != self._last:  # another program: the names of the last one are not its own
-                self._supervisor.motion.forget()
+                self._master.motion.forget()
             self._last, self._stopping = word, False
             return
         lease.check(word, now_ns)
@@ -67,13 +67,13 @@ class Control:
 
     def _lose(self, why: str) -> None:
         """Nobody controls the arm: a controlled stop, which changes nothing for one at rest."""
-        supervisor = self._supervisor
+        master = self._master
         text = f"{self.lease.name!r} {why}"
         self.lease.free()
         moves = not self._rests()
-        if supervisor.phase is Phase.RUN:
-            supervisor.handle(StopRequest())
-        if supervisor.phase is Phase.RUN and moves:
+        if master.phase is Phase.RUN:
+            master.handle(StopRequest())
+        if master.phase is Phase.RUN and moves:
             self._stopping = True
             self.lapses += 1
             text += ": the arm is brought to rest"
@@ -81,14 +81,14 @@ class Control:
 
     def cycle_closed(self) -> None:
         """See whether an arm that was stopped rests."""
-        supervisor = self._supervisor
-        if self._stopping and (supervisor.phase is not Phase.RUN or self._rests()):
+        master = self._master
+        if self._stopping and (master.phase is not Phase.RUN or self._rests()):
             self._stopping = False
 
     def _rests(self) -> bool:
         """Whether the arm stands still and is commanded to: not following a slow goal either."""
-        rates = self._supervisor.motion.commanded.rate
-        return holds(self._supervisor, _AT_REST) and max(map(abs, rates)) < CREEP
+        rates = self._master.motion.commanded.rate
+        return holds(self._master, _AT_REST) and max(map(abs, rates)) < CREEP
 
     def time_may_pass(self, *, holder_waits: bool) -> bool:
         """Whether the next cycle may begin: but for real time, coordinators are part of the clock.
@@ -96,10 +96,10 @@ class Control:
         Time passes while the holder of the lease waits, while the arm is not enabled, and while
         it is brought to rest because nobody controls it.
         """
-        supervisor = self._supervisor
+        master = self._master
         return (
             holder_waits
             or self._stopping
-            or supervisor.settings.clock is Clock.REALTIME
-            or supervisor.phase is not Phase.RUN
+            or master.settings.clock is Clock.REALTIME
+            or master.phase is not Phase.RUN
         )

@@ -9,6 +9,7 @@ from collections import deque
 from typing import Final
 
 from rfms_can.errors import FaultError, LeaseError, LinkError, RfmsError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.server.control import Control
 from rfms_can.master.server.latency import Latency
 from rfms_can.master.server.reading import Head, read_emergency, read_head, read_request
@@ -16,7 +17,6 @@ from rfms_can.master.server.replies import Outgoing, Replies, Result
 from rfms_can.master.server.sessions import Session, Sessions, Wait
 from rfms_can.master.server.waits import Waits
 from rfms_can.master.settings import Clock
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import (
     Answer,
     AnyRequest,
@@ -35,23 +35,23 @@ _TIMED: Final = (TransformMessage, MoveRequest, StopRequest)
 
 
 class Server:
-    """Answers coordinators on behalf of a supervisor.
+    """Answers coordinators on behalf of a master.
 
     Args:
-        supervisor: the master; somebody else runs its bus.
+        master: the master; somebody else runs its bus.
 
     Attributes:
         unattended: lockstep cycles that went on although the holder of the lease did not wait.
     """
 
-    def __init__(self, supervisor: Supervisor) -> None:
+    def __init__(self, master: MasterNode) -> None:
         self.unattended = 0
-        self._supervisor = supervisor
+        self._master = master
         self._sessions = Sessions()
-        self._control = Control(supervisor)
-        self._replies = Replies(supervisor, self._control.lease)
-        self._waits = Waits(supervisor, self._sessions, self._replies)
-        self._latency = Latency(supervisor)
+        self._control = Control(master)
+        self._replies = Replies(master, self._control.lease)
+        self._waits = Waits(master, self._sessions, self._replies)
+        self._latency = Latency(master)
         self._ending = ""
         self._requests = self._repeated = self._emergencies = 0
 
@@ -91,7 +91,7 @@ class Server:
             return []
         self._emergencies += 1
         reason = f": {emergency.reason!r}" if emergency.reason else ""
-        self._supervisor.emergency_stop(f"emergency stop by {emergency.name!r}{reason}")
+        self._master.emergency_stop(f"emergency stop by {emergency.name!r}{reason}")
         self._waits.answer(self._failure())
         return self._replies.take()
 
@@ -123,7 +123,7 @@ class Server:
             Replies to send.
         """
         self._latency.look()
-        lockstep = self._supervisor.settings.clock is Clock.LOCKSTEP
+        lockstep = self._master.settings.clock is Clock.LOCKSTEP
         if lockstep and self.holder is not None and not self.time_may_pass:
             self.unattended += 1
         self._control.cycle_closed()
@@ -215,17 +215,17 @@ class Server:
 
     def _do(self, word: str, request: AnyRequest, now_ns: int) -> Answer:
         """Process a request that is answered at once; raises ``RfmsError`` to refuse it."""
-        supervisor = self._supervisor
+        master = self._master
         if isinstance(request, Query):
             if request.what == "world":
-                return Answer(world=supervisor.motion.world.names())
+                return Answer(world=master.motion.world.names())
             return Answer(server=self.numbers() if request.what == "server" else None)
         self._check_running()
         if isinstance(request, LeaseRequest):
             self._control.handle(word, request, now_ns)
             return Answer()
         self._control.lease.check(word, now_ns)
-        answer = supervisor.handle(request)
+        answer = master.handle(request)
         if isinstance(request, _TIMED):
             self._latency.taken(now_ns)
         return answer
@@ -239,8 +239,8 @@ class Server:
 
     def _failure(self) -> RfmsError | None:
         """Why nothing can be asked of the arm any more, or None."""
-        if self._supervisor.fault is not None:
-            return FaultError(self._supervisor.fault)
+        if self._master.fault is not None:
+            return FaultError(self._master.fault)
         return LinkError(self._ending) if self._ending else None
 
     def _check_running(self) -> None:

@@ -1,4 +1,4 @@
-"""The supervisor's half of the trajectory generator (section 3.4, Table 3.3, Appendix C).
+"""The master's half of the trajectory generator (section 3.4, Table 3.3, Appendix C).
 
 Each tick yields the Cartesian set-point of one cycle; what the joints make of it is
 :mod:`rfms_can.setpoint`. Time is counted in integer ticks, so that p ends at exactly 1 and no
