@@ -370,7 +370,7 @@ def test_an_arm_pushed_too_far_halts_with_the_reason(fleet: PushedFleet) -> None
     fleet.run(10)
     fleet.push = (0.0, 4.0, 0.0, 0.0, 0.0, 0.0)
     reason = fleet.halted()
-    assert re.match(r"compliance has let the arm go 0\.2\d\d m and 0\.\d\d rad astray", reason)
+    assert re.match(r"compliance has displaced the arm by 0\.2\d\d m and 0\.\d\d rad, ", reason)
     fleet.push = (0.0,) * 6
     fleet.run(60)
     assert {node.state for node in fleet.joints} == {NodeState.QUICKSTOP}
@@ -379,7 +379,7 @@ def test_an_arm_pushed_too_far_halts_with_the_reason(fleet: PushedFleet) -> None
 def test_pushed_out_of_reach_it_halts_safely(
     fleet: PushedFleet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rfms_can.master.force.comply.FARTHEST", 2.0)
+    monkeypatch.setattr("rfms_can.master.force.comply.MAX_DISPLACEMENT", 2.0)
     fleet.comply("fx")
     fleet.move()
     fleet.run(10)

@@ -159,9 +159,9 @@ class ControlCycle:
                 )
                 if force.close(motion.asked, state.q, inputs.errors, self._broadcast.in_force):
                     motion.end_guarded()
-                astray = force.comply.astray()
-                if astray:
-                    self.halt(astray, out)
+                violation = force.comply.limit_violation()
+                if violation:
+                    self.halt(violation, out)
                 else:
                     self._make_setpoint(out)
         _TRANSITIONS[phase](self, out)

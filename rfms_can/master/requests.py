@@ -99,4 +99,4 @@ class ProgramRequests:
                 f"tare: the arm complies in {complying} and may press on something; lock it, and "
                 "move away first"
             )
-        self._force.felt.tare()
+        self._force.wrench_estimate.tare()

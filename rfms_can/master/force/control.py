@@ -1,6 +1,6 @@
 """Force control at the end of a cycle: what complies, COMPLY, the bias force, guarded moves.
 
-Cycle k is over: its errors are known, and what was felt. From them come the specification of the
+Cycle k is over: its errors are known, and the wrench. From them come the specification of the
 next rows, the displacement and the bias torques that go out with the set-point of cycle k+1. Rows
 act one SYNC after they have gone out, so what the nodes complied in is that of the set in force,
 not that of the rows asked for.
@@ -21,10 +21,9 @@ from rfms_can.compliance import (
 )
 from rfms_can.kinematics import Joints, direct, jacobian
 from rfms_can.master.force.bias import BiasForce
-from rfms_can.master.force.comply import Comply, Way
-from rfms_can.master.force.felt import Felt
+from rfms_can.master.force.comply import Comply, Displacement
 from rfms_can.master.force.guards import Guards
-from rfms_can.master.force.refusal import too_heavy, too_strong, untared, useless
+from rfms_can.master.force.refusal import bias_refusal, guard_refusal, load_refusal, tare_refusal
 from rfms_can.master.force.specification import (
     NO_FORCE,
     RIGID,
@@ -32,6 +31,7 @@ from rfms_can.master.force.specification import (
     Specification,
 )
 from rfms_can.master.force.wrench import in_frame
+from rfms_can.master.force.wrench_estimate import WrenchEstimate
 from rfms_can.master.math_processor import MathProcessor
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.messages import Vector6
@@ -39,8 +39,8 @@ from rfms_can.transform import Transform
 
 Matrix = npt.NDArray[np.float64]
 
-FADE_PART: Final = 0.2
-"""Part of a joint's speed and acceleration limits that the way back from compliance may take."""
+FADE_FRACTION: Final = 0.2
+"""Fraction of a joint's speed and acceleration limits that the return from compliance may take."""
 
 
 class Asked(NamedTuple):
@@ -80,10 +80,10 @@ class ForceControl:
 
     Attributes:
         comply: COMPLY.
-        felt: the wrench of the hand on the world.
+        wrench_estimate: the wrench of the hand on the world.
         guards: stop on force and on distance.
-        force: what is felt in the compliance frame of the move under way, N and N m.
-        complied: how far its compliance frame has been let go, m and rad.
+        force: the wrench in the compliance frame of the move under way, N and N m.
+        complied: displacement of its compliance frame, m and rad.
     """
 
     def __init__(self, arm: Arm, math: MathProcessor, settings: Settings, period_s: float) -> None:
@@ -93,22 +93,22 @@ class ForceControl:
         self._Kp = np.array(settings.Kp)
         self._period = period_s
         self._fades = tuple(
-            (FADE_PART * speed * period_s, FADE_PART * acceleration * period_s * period_s)
+            (FADE_FRACTION * speed * period_s, FADE_FRACTION * acceleration * period_s * period_s)
             for speed, acceleration in zip(arm.speed_limits, arm.acceleration_limits, strict=True)
         )
         limits = [drive.torque_limit for drive in arm.drives]
         self.comply = Comply(arm, period_s)
-        self.felt = Felt(friction_set(arm, settings.friction), period_s)
+        self.wrench_estimate = WrenchEstimate(friction_set(arm, settings.friction), period_s)
         self.guards = Guards()
         self._bias = BiasForce(limits, period_s, settings.closed)
         self._asked: Asked | None = None
         self._extra = np.zeros(6)
-        self._way = Way(period_s)
+        self._displacement = Displacement(period_s)
         self.force: Vector6 = NO_FORCE
         self.complied: Vector6 = NO_FORCE
 
     def reset(self) -> None:
-        """The arm is enabled: it is rigid, and nothing has been let go."""
+        """The arm is enabled: it is rigid, without displacement."""
         self.comply.reset()
         self._bias.reset()
         self.guards.reset()
@@ -124,7 +124,7 @@ class ForceControl:
         q: Sequence[float],
         guarded: bool,
     ) -> None:
-        """Update what is felt: from the sensor, or, for a guarded move, from the joint torques.
+        """Update the wrench: from the sensor, or, for a guarded move, from the joint torques.
 
         Args:
             reading: of the wrist sensor, N and N m (6), or None; one that was lost is not
@@ -134,11 +134,11 @@ class ForceControl:
             q: measured joint angles, rad.
             guarded: whether the move under way is guarded; else nothing met stops it.
         """
-        dynamics, felt = self._math.dynamics, self.felt
+        dynamics, estimate = self._math.dynamics, self.wrench_estimate
         if reading is not None:
-            felt.read(reading, dynamics.load, direct(self._arm, q))
-        elif guarded and not felt.sensed:
-            felt.guess(
+            estimate.read(reading, dynamics.load, direct(self._arm, q))
+        elif guarded and not estimate.sensed:
+            estimate.estimate(
                 torques,
                 commanded.rate,
                 commanded.acceleration,
@@ -168,22 +168,22 @@ class ForceControl:
         began = self._asked is None or asked.sequence != self._asked.sequence
         self._asked = asked
         if began and not asked.specification.guard.active:
-            self.felt.forget()
+            self.wrench_estimate.discard()
         if not began and self._is_idle(asked.specification, in_force):
             return None
         T6 = direct(self._arm, q)
         frame = asked.frame(T6)
         self._specify(asked.specification, frame)
-        self.force = in_frame(self.felt.wrench, frame)
+        self.force = in_frame(self.wrench_estimate.wrench, frame)
         J = compliance_jacobian(self._math.dynamics.J, frame)
         if in_force.selection.size:
             there = compliance_jacobian(self._math.dynamics.J, in_force.frame)
-            self.comply.take(errors, there, in_force.selection, in_force.frame)
+            self.comply.accumulate(errors, there, in_force.selection, in_force.frame)
         elif asked.specification.selection == RIGID:
             least = round(2.0 * asked.acceleration_time / self._period)
             self.comply.fade(self._fades, least)
         self.complied = self.comply.amount(frame)
-        self._way.take(self.complied)
+        self._displacement.update(self.complied)
         self._push(asked.specification, J, q, errors, frame)
         if began:
             self.guards.begin(asked.specification.guard, T6, frame)
@@ -195,14 +195,14 @@ class ForceControl:
         Args:
             asked: the move.
             theta: joint angles it is judged at, rad.
-            rests: whether the arm rests there now, so that what is felt is what it would start in.
+            rests: whether the arm rests there now, so that the wrench is the one it would start in.
         """
         specification = asked.specification
         load, guarded = specification.load, specification.guard.active
         if self._closed and self._law is not ControlLaw.POSITION:
-            astray = untared(specification.selection, self.felt)
-            if astray:
-                return astray
+            refusal = tare_refusal(specification.selection, self.wrench_estimate)
+            if refusal:
+                return refusal
         if not guarded and specification.bias == NO_FORCE and load is None:
             return None
         T6 = direct(self._arm, theta)
@@ -210,9 +210,11 @@ class ForceControl:
         at_T6 = np.array(jacobian(self._arm, theta))
         limits = [drive.torque_limit for drive in self._arm.drives]
         return (
-            too_heavy(at_T6, load, T6, limits)
-            or too_strong(compliance_jacobian(at_T6, frame), specification.bias, limits)
-            or useless(specification.guard, self.felt, at_T6, frame, self._arm, rests)
+            load_refusal(at_T6, load, T6, limits)
+            or bias_refusal(compliance_jacobian(at_T6, frame), specification.bias, limits)
+            or guard_refusal(
+                specification.guard, self.wrench_estimate, at_T6, frame, self._arm, rests
+            )
         )
 
     def follow(self, theta: Joints) -> tuple[float, ...] | None:
@@ -238,7 +240,7 @@ class ForceControl:
         return (
             specification.selection == RIGID == in_force.selection
             and not specification.guard.active
-            and not self.felt.sensed
+            and not self.wrench_estimate.sensed
             and not self.comply.active
             and not self._bias.active
         )
@@ -269,7 +271,7 @@ class ForceControl:
         if not selection.size or self._law is ControlLaw.POSITION:
             self._bias.relax()
             return
-        self._bias.push(J, selection, specification.bias, self.force, self._way.mean)
+        self._bias.update(J, selection, specification.bias, self.force, self._displacement.mean)
         if self._law is ControlLaw.RAIBERT_CRAIG:
             theta = [a + e for a, e in zip(q, errors, strict=True)]
             dx = cartesian_error(direct(self._arm, theta), direct(self._arm, q), frame)

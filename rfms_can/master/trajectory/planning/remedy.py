@@ -28,7 +28,7 @@ def mended(trial: Trial, excess: Excess, *, lengthen: bool) -> Outcome:
             f"{refused}: give the segment at least {slowed.base.segment_time:.6g} s instead of "
             f"{segment_time:.6g} s"
         )
-    before = trial.left.segment
+    before = trial.departed.segment
     room = before.move.segment_ticks - before.move.acceleration_ticks - 2
     eased = trial.eased(excess, longest, longest if before.rests else room)
     if eased is None:
