@@ -13,13 +13,14 @@ from rfms_can.master.broadcast import Broadcast
 from rfms_can.master.force.control import ForceControl
 from rfms_can.master.inputs import CycleInputs
 from rfms_can.master.motion import Motion
-from rfms_can.master.phases import BUS_STATES, CYCLING, Phase, PhaseError, PhaseEvent, PhaseMachine
+from rfms_can.master.phases import BUS_STATES, CYCLING, Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
 from rfms_can.master.timer import CycleTimer
 from rfms_can.setpoint.cartesian import CartesianSetpoint
+from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import HEARTBEAT_EVERY
 from rfms_can.wire.vocabulary import Command, NodeState
@@ -254,14 +255,14 @@ class ControlCycle:
         self._make_setpoint(out)
 
 
-_TRANSITIONS: Final[dict[Phase, Callable[[ControlCycle, list[Frame]], None]]] = {
-    Phase.HOME: ControlCycle._end_homing,
-    Phase.READY: ControlCycle._start_or_stop,
-    Phase.RUN: ControlCycle._stop_on_request,
-    Phase.HALT: ControlCycle._stop_on_request,
-    Phase.END: ControlCycle._await_brakes,
-}
+_TRANSITIONS: Final = complete(
+    {
+        Phase.HOME: ControlCycle._end_homing,
+        Phase.READY: ControlCycle._start_or_stop,
+        Phase.RUN: ControlCycle._stop_on_request,
+        Phase.HALT: ControlCycle._stop_on_request,
+        Phase.END: ControlCycle._await_brakes,
+    },
+    CYCLING,
+)
 """How each phase that has cycles may end when one is closed; faults end it at any time."""
-
-if _TRANSITIONS.keys() != CYCLING:
-    raise PhaseError(f"master: end of cycle: {CYCLING ^ _TRANSITIONS.keys()}")

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from rfms_can.arm import Arm
-from rfms_can.compliance import ControlLaw, LawRows, regular_pose
+from rfms_can.compliance import LAWS, ControlLaw, LawRows, regular_pose
 from rfms_can.dynamics.model import LoadedDynamics
 from rfms_can.kinematics import jacobian
 from rfms_can.master.force.law_rows import ComplyingRows
@@ -50,12 +50,10 @@ class MathProcessor:
         natural: float = 1.0,
     ) -> None:
         self._arm = arm
-        self._law = law
+        self._law = LAWS[law]
         self.dynamics = dynamics
         self._set = NO_SET
         self._made: dict[int, Compliance] = {NO_SET: Compliance()}
-        self._wire = Law.WEIGHTED if law is ControlLaw.WEIGHTED else Law.PID
-        self._damps = law not in (ControlLaw.POSITION, ControlLaw.STIFFNESS)
         self.compliance = Compliance()
         self.complying = ComplyingRows(arm, law, Kp, natural)
         self._own_inertia = np.diag(np.asarray(Kp) / natural**2)
@@ -67,21 +65,21 @@ class MathProcessor:
     def rows(self, q: Sequence[float]) -> tuple[int, list[RowValues]]:
         """The next set at joint angles ``q`` (6, rad): its number and the values of its frames."""
         self.dynamics.update(q)
-        compliance, weighted = self.compliance, self._wire is Law.WEIGHTED
+        compliance, weighted = self.compliance, self._law.wire is Law.WEIGHTED
         number = self._set = self._set % LAST_SET + 1
         inertia = self.dynamics.M.tolist()
         damping, bits = 0.0, 0
-        if compliance.selection.size and self._law is not ControlLaw.POSITION:
+        if compliance.selection.size and self._law.complies:
             rows = self._complying(q)
             law = (rows.weighted if weighted else rows.errors).tolist()
-            damping, bits = COMPLIANT_DAMPING * self._damps, compliance.bits
+            damping, bits = COMPLIANT_DAMPING * self._law.damped, compliance.bits
         else:
             compliance = compliance._replace(selection=RIGID)
             law = inertia if weighted else _IDENTITY
         self._made[number] = compliance
         first, second = (inertia, law) if weighted else (law, inertia)
         gravity = self.dynamics.g.tolist()
-        tail = (number, self._wire, damping, bits, compliance.number)
+        tail = (number, self._law.wire, damping, bits, compliance.number)
         return number, [(*first[i], *second[i], gravity[i], *tail) for i in range(len(JOINTS))]
 
     def _complying(self, q: Sequence[float]) -> LawRows:

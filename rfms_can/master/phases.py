@@ -9,6 +9,7 @@ from enum import Enum, auto
 from typing import Final
 
 from rfms_can.errors import RfmsError
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import NodeState
 
 
@@ -42,50 +43,56 @@ class PhaseEvent(Enum):
     FAULT = auto()
 
 
-PHASES: Final[dict[Phase, dict[PhaseEvent, Phase]]] = {
-    Phase.ROLL_CALL: {
-        PhaseEvent.ALL_PRESENT: Phase.CONFIGURE,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
+PHASES: Final[dict[Phase, dict[PhaseEvent, Phase]]] = complete(
+    {
+        Phase.ROLL_CALL: {
+            PhaseEvent.ALL_PRESENT: Phase.CONFIGURE,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.CONFIGURE: {
+            PhaseEvent.ALL_CONFIGURED: Phase.HOME,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.HOME: {
+            PhaseEvent.ALL_HOMED: Phase.READY,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.READY: {
+            PhaseEvent.START: Phase.RUN,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.RUN: {
+            PhaseEvent.STOP: Phase.END,
+            PhaseEvent.FAULT: Phase.HALT,
+        },
+        Phase.HALT: {
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.END: {
+            PhaseEvent.FAULT: Phase.END,
+            PhaseEvent.STOP: Phase.END,
+        },
     },
-    Phase.CONFIGURE: {
-        PhaseEvent.ALL_CONFIGURED: Phase.HOME,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.HOME: {
-        PhaseEvent.ALL_HOMED: Phase.READY,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.READY: {
-        PhaseEvent.START: Phase.RUN,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.RUN: {
-        PhaseEvent.STOP: Phase.END,
-        PhaseEvent.FAULT: Phase.HALT,
-    },
-    Phase.HALT: {
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.END: {
-        PhaseEvent.FAULT: Phase.END,
-        PhaseEvent.STOP: Phase.END,
-    },
-}
+    Phase,
+)
 
-BUS_STATES: Final[dict[Phase, NodeState]] = {
-    Phase.ROLL_CALL: NodeState.PREOP,
-    Phase.CONFIGURE: NodeState.PREOP,
-    Phase.HOME: NodeState.HOMING,
-    Phase.READY: NodeState.READY,
-    Phase.RUN: NodeState.OPERATIONAL,
-    Phase.HALT: NodeState.QUICKSTOP,
-    Phase.END: NodeState.READY,
-}
+BUS_STATES: Final[dict[Phase, NodeState]] = complete(
+    {
+        Phase.ROLL_CALL: NodeState.PREOP,
+        Phase.CONFIGURE: NodeState.PREOP,
+        Phase.HOME: NodeState.HOMING,
+        Phase.READY: NodeState.READY,
+        Phase.RUN: NodeState.OPERATIONAL,
+        Phase.HALT: NodeState.QUICKSTOP,
+        Phase.END: NodeState.READY,
+    },
+    Phase,
+)
 """What SYNC says of each phase."""
 
 CYCLING: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN, Phase.HALT, Phase.END))

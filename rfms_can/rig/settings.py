@@ -9,7 +9,7 @@ from rfms_can.arm import Arm, arm_by_name, friction_set
 from rfms_can.arm.calibration import load_calibration
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import SIM, parse_bus_url
-from rfms_can.compliance import ControlLaw
+from rfms_can.compliance import LAWS, ControlLaw
 from rfms_can.dynamics.model import FULL, NONE, check_kind
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import Clock, MasterSettings
@@ -54,7 +54,7 @@ class RunSettings:
         sensor: at its wrist: ``none``, ``ideal`` or ``good``.
         law: how the arm complies: a word of ``compliance.ControlLaw``.
         force_loop: ``open``, ``closed`` over the sensor, or empty: closed if there is one.
-        dither: part of the friction that complying joints dither with at rest, 0 to 1.
+        dither: fraction of the friction that complying joints dither with at rest, 0 to 1.
     """
 
     arm: str = "puma260"
@@ -110,16 +110,16 @@ class RunSettings:
         words = [law.value for law in ControlLaw]
         if self.law not in words:
             raise SettingsError(f"law {self.law!r} does not exist; there are: {', '.join(words)}")
-        if self.dynamics == NONE and self.law == ControlLaw.WEIGHTED:
+        if self.dynamics == NONE and LAWS[ControlLaw(self.law)].needs_model:
             raise SettingsError(
-                "law 'weighted' needs a model of the arm: with dynamics 'none' take law 'hybrid'"
+                f"law {self.law!r} needs a model of the arm: with dynamics 'none' take law 'hybrid'"
             )
         if self.force_loop not in ("", "open", "closed"):
             raise SettingsError(f"force loop {self.force_loop!r}: it is open or closed")
         if self.force_loop == "closed" and self.sensor == NO_SENSOR:
             raise SettingsError("force loop 'closed' needs a wrist sensor: add --sensor good")
         if not 0.0 <= self.dither <= 1.0:
-            raise SettingsError(f"dither {self.dither:g} is no part of the friction, 0 to 1")
+            raise SettingsError(f"dither must be a fraction from 0 to 1, got {self.dither:g}")
 
     @property
     def simulated(self) -> bool:

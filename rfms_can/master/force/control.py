@@ -13,12 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rfms_can.arm import Arm, friction_set
-from rfms_can.compliance import (
-    ControlLaw,
-    cartesian_error,
-    cartesian_part,
-    compliance_jacobian,
-)
+from rfms_can.compliance import LAWS, ControlLaw, compliance_jacobian
 from rfms_can.kinematics import Joints, direct, jacobian
 from rfms_can.master.force.bias import BiasForce
 from rfms_can.master.force.comply import Comply, Displacement
@@ -89,7 +84,7 @@ class ForceControl:
     def __init__(self, arm: Arm, math: MathProcessor, settings: Settings, period_s: float) -> None:
         self._arm = arm
         self._math = math
-        self._law, self._closed = settings.law, settings.closed
+        self._law, self._closed = LAWS[settings.law], settings.closed
         self._Kp = np.array(settings.Kp)
         self._period = period_s
         self._fades = tuple(
@@ -199,7 +194,7 @@ class ForceControl:
         """
         specification = asked.specification
         load, guarded = specification.load, specification.guard.active
-        if self._closed and self._law is not ControlLaw.POSITION:
+        if self._closed and self._law.complies:
             refusal = tare_refusal(specification.selection, self.wrench_estimate)
             if refusal:
                 return refusal
@@ -268,16 +263,13 @@ class ForceControl:
     ) -> None:
         selection = specification.selection
         self._extra[:] = 0.0
-        if not selection.size or self._law is ControlLaw.POSITION:
+        if not selection.size or not self._law.complies:
             self._bias.relax()
             return
         self._bias.update(J, selection, specification.bias, self.force, self._displacement.mean)
-        if self._law is ControlLaw.RAIBERT_CRAIG:
-            theta = [a + e for a, e in zip(q, errors, strict=True)]
-            dx = cartesian_error(direct(self._arm, theta), direct(self._arm, q), frame)
-            rows = self._math.complying.last
-            if rows is not None:
-                self._extra = self._Kp * cartesian_part(J, rows.errors, dx, np.asarray(errors))
+        correction, rows = self._law.correction, self._math.complying.last
+        if correction is not None and rows is not None:
+            self._extra = self._Kp * correction(self._arm, q, errors, frame, J, rows.errors)
 
 
 def _is_elsewhere(a: Transform, b: Transform) -> bool:
