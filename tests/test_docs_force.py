@@ -7,7 +7,7 @@ import pytest
 from rfms_can.compliance import ControlLaw
 from rfms_can.joint_nodes import friction, servo
 from rfms_can.master.force import bias, comply, control, wrench_estimate
-from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
 from rfms_can.master.start_up.node_parameters import DITHER_PERIODS_S
 
 PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf-8").split())

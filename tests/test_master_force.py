@@ -454,7 +454,7 @@ def test_an_arm_without_a_model_complies_by_the_inertia_of_its_gains(wire: Wire)
 
 
 def test_singularities_met_while_complying_are_told_once_each(fleet: PushedFleet) -> None:
-    reported = fleet.master.broadcast.math.complying.reported
+    reported = fleet.master.rows.reported
     way = 0.02 - fleet.master.arm.park[4]  # theta5 to a degree from zero
     fleet.settle(fleet.move((0.0, 0.0, 0.0, 0.0, way, 0.0), 1.5))
     assert reported == []

@@ -15,6 +15,7 @@ from rfms_can.master.inputs import CycleInputs
 from rfms_can.master.motion import Motion
 from rfms_can.master.phases import BUS_STATES, CYCLING, Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
+from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
@@ -53,6 +54,7 @@ class Parts(NamedTuple):
         timer: when cycles begin.
         inputs: what the cycle under way has brought.
         broadcast: packs what goes out.
+        rows: the sets of rows.
         bring_up: who is on the bus.
         requests: what programs have asked for.
         motion: the trajectory.
@@ -65,6 +67,7 @@ class Parts(NamedTuple):
     timer: CycleTimer
     inputs: CycleInputs
     broadcast: Broadcast
+    rows: RowSets
     bring_up: BringUp
     requests: ProgramRequests
     motion: Motion
@@ -100,6 +103,7 @@ class ControlCycle:
         self._timer = parts.timer
         self._inputs = parts.inputs
         self._broadcast = parts.broadcast
+        self._rows = parts.rows
         self._bring_up = parts.bring_up
         self._requests = parts.requests
         self._motion = parts.motion
@@ -127,7 +131,7 @@ class ControlCycle:
         cycle = self.number = self.number + 1
         phase = machine.phase
         state = BUS_STATES[phase]
-        out.append(self._broadcast.sync(cycle, state))
+        out.append(self._broadcast.sync(cycle, state, self._rows.in_force.number))
         self._inputs.begin(phase, cycle)
         if phase is Phase.RUN and self._setpoint is not None:
             self._broadcast.setpoint(
@@ -139,7 +143,8 @@ class ControlCycle:
 
     def send_rows(self, out: list[Frame]) -> None:
         """The whole arm has been sampled: the next set of rows goes out."""
-        self._broadcast.rows(self._inputs.arm_state.q, out)
+        force = self._force
+        self._rows.send(self._inputs.arm_state.q, force.compliance, force.load, out)
 
     def close(self, now_ns: int, out: list[Frame]) -> None:
         """All have answered, or their time is over: make the next set-point, or change phase.
@@ -153,12 +158,23 @@ class ControlCycle:
         if phase is Phase.RUN:
             self._statistics.cycles += 1
             if not requests.stop:
-                motion, force = self._motion, self._force
+                motion, force, rows = self._motion, self._force, self._rows
                 self._statistics.errors(inputs.errors, motion.moves)
                 force.sense(
-                    inputs.take_reading(), inputs.torques, motion.commanded, state.q, motion.guarded
+                    inputs.take_reading(),
+                    inputs.torques,
+                    motion.commanded,
+                    state.q,
+                    rows.newest,
+                    motion.guarded,
                 )
-                if force.close(motion.asked, state.q, inputs.errors, self._broadcast.in_force):
+                if force.close(
+                    motion.force_request,
+                    state.q,
+                    inputs.errors,
+                    rows.newest,
+                    rows.in_force.compliance,
+                ):
                     motion.end_guarded()
                 violation = force.comply.limit_violation()
                 if violation:

@@ -15,12 +15,13 @@ from rfms_can.master.answers import bit
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.broadcast import Broadcast
 from rfms_can.master.cycle import ControlCycle, Parts
-from rfms_can.master.force.control import ForceControl, Settings
+from rfms_can.master.force.control import ForceControl, ForceSettings
 from rfms_can.master.inputs import CycleInputs
-from rfms_can.master.math_processor import MathProcessor
 from rfms_can.master.motion import Motion
 from rfms_can.master.phases import Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
+from rfms_can.master.rows.math_processor import MathProcessor
+from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.settings import MasterSettings
 from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.start_up.node_parameters import Parameters, parameters_for
@@ -65,7 +66,8 @@ class MasterNode(Endpoint):
         timer: when cycles begin.
         arm_state: where the arm is.
         inputs: what the cycle under way has brought.
-        broadcast: what the master sends.
+        broadcast: packs SYNC, set-points and commands.
+        rows: the sets of rows.
         bring_up: who is on the bus, and what it holds.
         force_control: compliance, bias force and guarded moves.
         motion: programs' moves and the trajectory generator.
@@ -99,10 +101,11 @@ class MasterNode(Endpoint):
         )
         model = make_dynamics(arm, settings.dynamics, settings.calibration)
         math = MathProcessor(arm, model, settings.law, gains, natural)
-        self.broadcast = Broadcast(math, self._sends, wire.dbc_hash)
+        self.broadcast = Broadcast(self._sends, wire.dbc_hash)
+        self.rows = RowSets(math, self._sends, arm.park)
         self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
-        how = Settings(settings.law, settings.closed, settings.friction, gains)
-        self.force_control = ForceControl(arm, math, how, period_s)
+        force_settings = ForceSettings(settings.law, settings.closed, settings.friction, gains)
+        self.force_control = ForceControl(arm, force_settings, period_s)
         self.motion = Motion(arm, period_s, settings.blend, self.force_control.refusal)
         self.statistics = RunStatistics(period_s)
         self.stillness = Stillness(arm)
@@ -111,7 +114,7 @@ class MasterNode(Endpoint):
             self.motion,
             self.force_control,
             self.stillness,
-            in_force=lambda: self.broadcast.in_force,
+            self.rows,
             sensor=settings.sensor,
         )
         parts = Parts(
@@ -119,6 +122,7 @@ class MasterNode(Endpoint):
             timer=self.timer,
             inputs=self.inputs,
             broadcast=self.broadcast,
+            rows=self.rows,
             bring_up=self.bring_up,
             requests=self.requests,
             motion=self.motion,
@@ -268,7 +272,7 @@ class MasterNode(Endpoint):
 
     def _on_rows_sent(self, answer: int, frame: Frame) -> None:
         self.heard_back += 1
-        if self.broadcast.row_gone_out(frame):
+        if self.rows.gone_out(frame):
             self.inputs.answered(answer)
 
     # --- how the nodes are --------------------------------------------------------------------

@@ -70,7 +70,7 @@ def status_of(master: MasterNode, lease: str | None = None, refused: int = 0) ->
         jaw=state.jaw_opening(master.arm.gripper),
         feed=generator.feed,
         comply=motion.comply,
-        complying=master.broadcast.in_force.selection.word,
+        complying=master.rows.in_force.compliance.selection.word,
         complied=force.complied,
         force=force.force,
         force_loop=settings.force_loop,

@@ -3,13 +3,11 @@
 So a motion is the same on every bus and clock.
 """
 
-from collections.abc import Callable
-
 from rfms_can.errors import ProgramError
 from rfms_can.master.force.control import ForceControl
-from rfms_can.master.force.specification import Compliance
 from rfms_can.master.motion import NOTED, Motion
 from rfms_can.master.phases import Phase, PhaseMachine
+from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.stillness import Stillness
 from rfms_can.messages import Answer, GripperRequest, Message, TareRequest
 from rfms_can.wire.vocabulary import GripperCommand
@@ -23,7 +21,7 @@ class ProgramRequests:
         motion: takes moves and what they refer to.
         force_control: takes a tare.
         stillness: is told that something will move.
-        in_force: what the rows in force comply in.
+        rows: say what complies.
         sensor: whether there is a wrist sensor.
 
     Attributes:
@@ -34,9 +32,9 @@ class ProgramRequests:
 
     __slots__ = (
         "_force",
-        "_in_force",
         "_machine",
         "_motion",
+        "_rows",
         "_sensor",
         "_stillness",
         "gripper",
@@ -50,15 +48,15 @@ class ProgramRequests:
         motion: Motion,
         force_control: ForceControl,
         stillness: Stillness,
+        rows: RowSets,
         *,
-        in_force: Callable[[], Compliance],
         sensor: bool,
     ) -> None:
-        self._in_force = in_force
         self._machine = machine
         self._motion = motion
         self._force = force_control
         self._stillness = stillness
+        self._rows = rows
         self._sensor = sensor
         self.start = self.stop = False
         self.gripper = (GripperCommand.HOLD, 0.0)
@@ -93,7 +91,7 @@ class ProgramRequests:
             raise ProgramError("tare: the arm has no wrist sensor; run it with --sensor good")
         if not self._motion.at_rest or not self._stillness.arm:
             raise ProgramError("tare: the arm moves; wait until it rests, touching nothing")
-        complying = self._in_force().selection.word
+        complying = self._rows.in_force.compliance.selection.word
         if complying:
             raise ProgramError(
                 f"tare: the arm complies in {complying} and may press on something; lock it, and "

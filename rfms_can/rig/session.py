@@ -194,5 +194,5 @@ class Session:
             lateness=list(statistics.lateness),
             wall_s=self._wall_s,
             scene=self.rig.scene,
-            reported=list(master.broadcast.math.complying.reported),
+            reported=list(master.rows.reported),
         )

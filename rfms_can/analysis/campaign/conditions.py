@@ -15,7 +15,7 @@ from rfms_can.master.force.bias import (
     INTEGRAL_RATE,
     PROPORTIONAL,
 )
-from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
 from rfms_can.messages import Vector6
 from rfms_can.plant.scene.peg_in_hole import PegInHole
 from rfms_can.rig.gains import gains

@@ -1,7 +1,8 @@
 """Directions that the program lets comply: they hold for the moves it requests from then on."""
 
 from rfms_can.compliance.selection import Selection, parse_bias
-from rfms_can.master.force.specification import NO_FORCE, RIGID
+from rfms_can.master.force.specification import NO_FORCE
+from rfms_can.master.rows.compliance import RIGID
 from rfms_can.messages import ComplyRequest, LockRequest, Vector6
 
 
