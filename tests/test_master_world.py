@@ -271,7 +271,7 @@ def test_stop_ends_at_rest_and_new_moves_go_on_from_there(motion: Motion) -> Non
 
 
 def test_requests_that_are_not_motions_are_refused(motion: Motion) -> None:
-    with pytest.raises(ProgramError, match="GripperRequest is no request for motion"):
+    with pytest.raises(ProgramError, match="GripperRequest is not a request for motion"):
         motion.handle(GripperRequest(True))
-    with pytest.raises(ProgramError, match="Message is no request for motion"):
+    with pytest.raises(ProgramError, match="Message is not a request for motion"):
         motion.handle(Message())
