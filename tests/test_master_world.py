@@ -166,7 +166,7 @@ def test_the_arm_itself_cannot_be_defined(world: WorldModel) -> None:
     ],
 )
 def test_what_is_no_rotation_is_no_transform(world: WorldModel, broken: Transform) -> None:
-    with pytest.raises(TransformError, match="transform 'shift' is no rotation: off by"):
+    with pytest.raises(TransformError, match="transform 'shift' is not a rotation: off by"):
         world.define_transform(TransformMessage("shift", broken))
     assert world.define_position(position("t6", "shift")).goal.pose(Moment(0)) == SHIFT
 

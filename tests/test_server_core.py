@@ -56,7 +56,7 @@ def right(bench: Bench) -> Coordinator:
 def test_without_a_lease_nothing_is_asked_of_the_arm(left: Coordinator) -> None:
     error, reason = left.refused(TransformMessage("a", HOME))
     assert error == "LeaseError"
-    assert "nobody controls the arm" in reason
+    assert "this session does not control the arm" in reason
     assert left.done(Query()).status.lease is None
 
 

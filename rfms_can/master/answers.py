@@ -1,4 +1,4 @@
-"""What a control cycle waits for, and who has answered: one bit for each frame.
+"""What a control cycle waits for, and what has come: one bit for each frame.
 
 A cycle is over when everything has been heard, the master's own ROWS included (heard back when
 they have gone out, so that SYNC never names a set that is still in a queue).

@@ -56,7 +56,7 @@ class Parts(NamedTuple):
         broadcast: packs what goes out.
         rows: the sets of rows.
         bring_up: who is on the bus.
-        requests: what programs have asked for.
+        requests: of programs.
         motion: the trajectory.
         force_control: compliance, bias force and guarded moves.
         statistics: numbers of the run.

@@ -107,7 +107,7 @@ class CycleInputs:
         self.answered(answer)
 
     def take_reading(self) -> tuple[float, ...] | None:
-        """The last reading of the wrist sensor, N and N m (6), once; None if there is none new."""
+        """The last reading of the wrist sensor, N and N m (6), once; None without a new one."""
         reading, self._reading = self._reading, None
         return reading
 

@@ -232,7 +232,7 @@ class Motion:
 
     @property
     def comply(self) -> str:
-        """Directions the program has asked to comply in, e.g. ``"fx fy rx ry"``."""
+        """Directions the program has requested to comply in, e.g. ``"fx fy rx ry"``."""
         return self._requested.selection.word
 
     @property

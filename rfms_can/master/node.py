@@ -73,7 +73,7 @@ class MasterNode(Endpoint):
         motion: programs' moves and the trajectory generator.
         statistics: numbers of the run.
         stillness: for how long arm and jaw have stood still.
-        requests: what programs have asked for.
+        requests: of programs.
         cycle: begins and closes control cycles.
         heard_back: own frames heard when they had gone out.
     """

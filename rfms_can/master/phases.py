@@ -2,7 +2,7 @@
 
 How it couples to the other machines: SYNC carries ``BUS_STATES[phase]``, and nodes compare it with
 their own state; NMT commands that go with a change of phase are sent by the control cycle; the
-trajectory generator is enabled on the way to RUN and disabled by a fault.
+trajectory generator is enabled just before RUN and disabled by a fault.
 """
 
 from enum import Enum, auto
@@ -100,7 +100,7 @@ CYCLING: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN, Phase.HALT, Phas
 
 
 class PhaseError(RfmsError):
-    """Our own code asked for a phase change the table does not have."""
+    """Our own code requested a phase change that the table does not have."""
 
 
 def next_phase(phase: Phase, event: PhaseEvent) -> Phase:

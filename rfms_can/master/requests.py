@@ -1,4 +1,4 @@
-"""What programs ask of the master: checked when it is asked, done when the next cycle is closed.
+"""Requests of programs: checked when they come, done when the next cycle is closed.
 
 So a motion is the same on every bus and clock.
 """
@@ -69,9 +69,7 @@ class ProgramRequests:
         """
         phase = self._machine.phase
         if phase is not Phase.RUN:
-            raise ProgramError(
-                f"the arm is not enabled (phase {phase.name}); nothing can be asked of it"
-            )
+            raise ProgramError(f"the arm is not enabled (phase {phase.name}); it takes no requests")
         if isinstance(message, GripperRequest):
             opens = GripperCommand.OPEN if message.opens else GripperCommand.CLOSE
             self.gripper = (opens, round(message.part * 200.0) / 2.0)

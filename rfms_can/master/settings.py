@@ -33,11 +33,11 @@ class MasterSettings:
         blend: matching polynomial of transitions.
         barrier_s: longest lockstep cycle, s.
         patience_s: how long nodes may take to appear and to answer a configuration, s.
-        paced: lockstep cycles are no shorter than the period; for a bus that idles.
+        paced: lockstep cycles are not shorter than the period; for a bus that idles.
         law: how the arm complies.
         sensor: whether the plant has a wrist sensor.
         closed: whether the force loop is closed over it.
-        dither: part of the friction, 0 to 1, that complying joints dither with at rest.
+        dither: fraction of the friction, 0 to 1, that complying joints dither with at rest.
     """
 
     rate_hz: float = 250.0

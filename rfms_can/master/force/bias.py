@@ -4,7 +4,7 @@ Open loop, tau = J^T S F: what reaches the environment is uncertain by the frict
 wrist sensor, tau = J^T S (F + k_p e + k_i int e) with e = F - the measured force. In contact a
 torque becomes a force at once, whatever the stiffness: so the integral does the work, and only
 the delay of the bus bounds its gain (three periods from a torque to its reading). In the air a
-loop is open all the same: there the integral grows until the arm gets going on its way to contact,
+loop is open all the same: there the integral grows until the arm gets going towards contact,
 and fades where no force is commanded, or what a tare has left over would send the arm off. In
 contact a dead band is for that.
 """

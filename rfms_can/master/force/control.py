@@ -3,7 +3,7 @@
 Cycle k is over: its errors are known, and the wrench. From them come the specification of the
 next rows, the displacement and the bias torques that go out with the set-point of cycle k+1. Rows
 act one SYNC after they have gone out, so what the nodes complied in is that of the set in force,
-not that of the rows asked for.
+not that of the rows requested.
 """
 
 from collections.abc import Sequence
@@ -199,7 +199,7 @@ class ForceControl:
         )
 
     def follow(self, theta: Joints) -> tuple[float, ...] | None:
-        """Joint displacements beside the commanded ``theta`` (6, rad); None if there are none.
+        """Joint displacements beside the commanded ``theta`` (6, rad); None without displacement.
 
         Raises:
             KinematicsError: the displaced pose cannot be reached.
@@ -210,14 +210,14 @@ class ForceControl:
 
     @property
     def bias(self) -> list[float] | None:
-        """Bias torques, Nm (6); None if there are none."""
+        """Bias torques, Nm (6); None if all are zero."""
         if not self._bias.active and not self._extra.any():
             return None
         torque: list[float] = (self._bias.torque + self._extra).tolist()
         return torque
 
     def _is_idle(self, specification: Specification, in_force: Compliance) -> bool:
-        """Whether there is nothing to do: the arm is rigid, and nobody asks what it meets."""
+        """Whether there is nothing to do: the arm is rigid, and its wrench is not needed."""
         return (
             specification.selection == RIGID == in_force.selection
             and not specification.guard.active

@@ -16,7 +16,7 @@ class Guard(NamedTuple):
     """What stops a move (stpsel and dissel of the thesis' MODE, VI.3.1).
 
     Attributes:
-        force: N and N m along and about the axes of the compliance frame; 0 where none is asked.
+        force: N and N m along and about the axes of the compliance frame; 0 for none.
         distance: m and rad that its frame has gone from where the move took over; likewise.
     """
 

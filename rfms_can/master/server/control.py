@@ -1,4 +1,4 @@
-"""Who controls the arm, what becomes of it when nobody does any more, and when time may pass."""
+"""Who controls the arm, the controlled stop when control is lost, and when time may pass."""
 
 from collections import deque
 from typing import Final
@@ -18,12 +18,12 @@ _AT_REST: Final = AtRest()
 
 
 class Control:
-    """The lease, and the controlled stop of an arm that nobody controls.
+    """The lease, and the controlled stop of an arm without a controller.
 
     Attributes:
         lease: who controls the arm.
-        lapses: how often the arm was stopped because nobody did.
-        events: what a person at the server may want to read; whoever shows it empties it.
+        lapses: how often the arm was stopped because control was lost.
+        events: lines for a person at the server; the reader empties it.
     """
 
     def __init__(self, master: MasterNode) -> None:
@@ -38,7 +38,7 @@ class Control:
         """Do what a session asks of the lease.
 
         Raises:
-            LeaseError: another has it, or nobody, or the arm is not enabled.
+            LeaseError: another session has it, or none has, or the arm is not enabled.
         """
         lease, phase = self.lease, self._master.phase
         if request.action == "acquire":
@@ -66,7 +66,7 @@ class Control:
         return word
 
     def _lose(self, why: str) -> None:
-        """Nobody controls the arm: a controlled stop, which changes nothing for one at rest."""
+        """Control of the arm is lost: a controlled stop, which changes nothing for one at rest."""
         master = self._master
         text = f"{self.lease.name!r} {why}"
         self.lease.free()
@@ -94,7 +94,7 @@ class Control:
         """Whether the next cycle may begin: but for real time, coordinators are part of the clock.
 
         Time passes while the holder of the lease waits, while the arm is not enabled, and while
-        it is brought to rest because nobody controls it.
+        it is brought to rest because control was lost.
         """
         master = self._master
         return (

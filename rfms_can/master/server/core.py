@@ -1,6 +1,6 @@
 """The server's core: sessions, lease, waits, emergency stops and the clock rule, without sockets.
 
-Whoever has the sockets hands in what peers sent and when, and sends what is handed back. Nothing a
+The owner of the sockets hands in what peers sent and when, and sends what is handed back. Nothing a
 peer sends raises: what cannot be read, is out of turn or not allowed is refused with a reason and
 counted.
 """
@@ -31,14 +31,14 @@ from rfms_can.messages import (
 )
 
 _TIMED: Final = (TransformMessage, MoveRequest, StopRequest)
-"""Requests whose way to the bus is measured."""
+"""Requests whose latency to the bus is measured."""
 
 
 class Server:
     """Answers coordinators on behalf of a master.
 
     Args:
-        master: the master; somebody else runs its bus.
+        master: the master; its bus is run elsewhere.
 
     Attributes:
         unattended: lockstep cycles that went on although the holder of the lease did not wait.
@@ -74,7 +74,7 @@ class Server:
         else:
             lease = self._control.lease
             if head.session == lease.holder:
-                lease.renew(now_ns)  # whoever speaks is alive
+                lease.renew(now_ns)  # a peer that speaks is alive
             self._look(now_ns)
             self._take(peer, head, now_ns)
         return self._replies.take()
@@ -105,12 +105,12 @@ class Server:
 
     @property
     def holder(self) -> str | None:
-        """What the holder of the lease calls itself; None if nobody has it."""
+        """What the holder of the lease calls itself; None while the lease is free."""
         return self._control.lease.name
 
     @property
     def events(self) -> deque[str]:
-        """What a person at the server may want to read; whoever shows it empties it."""
+        """Lines for a person at the server; the reader empties it."""
         return self._control.events
 
     def close_cycle(self, now_ns: int) -> list[Outgoing]:
@@ -147,7 +147,7 @@ class Server:
         return self._replies.status()
 
     def end(self, reason: str) -> list[Outgoing]:
-        """The server ends: tell who waits, and refuse what is asked from now on."""
+        """The server ends: tell who waits, and refuse all requests from now on."""
         self._ending = reason
         self._waits.answer(self._failure())
         return self._replies.take()
@@ -238,7 +238,7 @@ class Server:
             self._waits.end(session, lapsed)
 
     def _failure(self) -> RfmsError | None:
-        """Why nothing can be asked of the arm any more, or None."""
+        """Why the arm takes no further requests, or None."""
         if self._master.fault is not None:
             return FaultError(self._master.fault)
         return LinkError(self._ending) if self._ending else None

@@ -18,14 +18,14 @@ _encode: Final = msgspec.msgpack.Encoder().encode
 
 
 class Outgoing(NamedTuple):
-    """A reply to send, and to whom."""
+    """A reply to send, and its receiver."""
 
     peer: bytes
     data: bytes
 
 
 class Replies:
-    """Makes replies and keeps them until somebody with a socket takes them.
+    """Makes replies and keeps them until the owner of the sockets takes them.
 
     Attributes:
         refused: messages refused so far.

@@ -84,10 +84,10 @@ _ZERO: Final[Joints] = (0.0,) * 6
 
 
 class MovePlanner:
-    """Plans moves in the order they are asked for.
+    """Plans moves in the order they are requested.
 
     Goals that move are judged by where they are at the plan's tick, and transitions as they are
-    when nothing is late: a move asked for past its time to take over starts up to t_acc / 7 late,
+    when nothing is late: a move requested past its time to take over starts up to t_acc / 7 late,
     and its transition is steeper by up to 0.27 dv / t_acc than was planned.
     """
 

@@ -48,7 +48,7 @@ class Preview(NamedTuple):
         entry: the transition into its segment.
         course: between the transitions.
         rest: the transition to rest.
-        departure: from rest where ``entry`` is not: should the move be asked for too late.
+        departure: from rest where ``entry`` is not: should the move be requested too late.
     """
 
     entry: Phase

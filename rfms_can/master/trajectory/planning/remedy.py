@@ -1,4 +1,4 @@
-"""What becomes of a move that breaks a limit: another time, or a refusal that names one."""
+"""What is done about a move that breaks a limit: another time, or a refusal that names one."""
 
 from rfms_can.errors import MoveError
 from rfms_can.master.trajectory.planning.limits import Excess

@@ -20,7 +20,7 @@ TRIES: Final = 12
 """Times that are tried before giving up."""
 
 GROWTH: Final = 1.002
-"""Least part by which a time grows from one try to the next."""
+"""Least fraction by which a time grows from one try to the next."""
 
 
 class Times(NamedTuple):
@@ -80,7 +80,7 @@ class Trial(NamedTuple):
         return Outcome(base, seen, worst_excess(self.arm, phases))
 
     def slowed(self, excess: Excess, longest: int) -> Outcome | None:
-        """The outcome with a segment time up to ``longest`` that does; None if there is none.
+        """The outcome with a segment time up to ``longest`` that does; None without one.
 
         The acceleration of a transition is that of the change of velocity: a constant and a part
         that is inverse to the time. As the largest of such it is convex in the inverse of time, so
