@@ -151,38 +151,27 @@ class ControlCycle:
 
         In lockstep the next cycle begins at once.
         """
-        inputs, requests, state = self._inputs, self._requests, self._inputs.arm_state
-        phase = self._machine.phase
+        inputs, requests, phase = self._inputs, self._requests, self._machine.phase
         self.closed += 1
-        self._stillness.watch(state)
+        self._stillness.watch(inputs.arm_state)
         if phase is Phase.RUN:
             self._statistics.cycles += 1
-            if not requests.stop:
-                motion, force, rows = self._motion, self._force, self._rows
-                self._statistics.errors(inputs.errors, motion.moves)
-                force.sense(
-                    inputs.take_reading(),
-                    inputs.torques,
-                    motion.commanded,
-                    state.q,
-                    rows.newest,
-                    motion.guarded,
-                )
-                if force.close(
-                    motion.force_request,
-                    state.q,
-                    inputs.errors,
-                    rows.newest,
-                    rows.in_force.compliance,
-                ):
-                    motion.end_guarded()
-                violation = force.comply.limit_violation()
-                if violation:
-                    self.halt(violation, out)
-                else:
-                    self._make_setpoint(out)
-        _TRANSITIONS[phase](self, out)
-        self._broadcast.gripper = requests.gripper
+        if phase is Phase.RUN and not requests.stop:
+            motion, force, q = self._motion, self._force, inputs.arm_state.q
+            model, in_force = self._rows.newest, self._rows.in_force.compliance
+            self._statistics.errors(inputs.errors, motion.moves)
+            force.sense(
+                inputs.take_reading(), inputs.torques, motion.commanded, q, model, motion.guarded
+            )
+            if force.close(motion.force_request, q, inputs.errors, model, in_force):
+                motion.end_guarded()
+            violation = force.comply.limit_violation()
+            if violation:
+                self.halt(violation, out)
+            else:
+                self._make_setpoint(out)
+        _TRANSITIONS[phase](self, out)  # below: how each phase may end
+        self._broadcast.gripper = requests.gripper  # goes out with the next set-point
         if self._timer.close():
             self.begin(now_ns, now_ns, out)
 
