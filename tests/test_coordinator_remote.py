@@ -188,7 +188,7 @@ def out_of_reach(arm: Arm) -> None:
     [
         (unknown_position, ProgramError, "'nowhere'"),
         (unknown_transform, EquationError, "position 'b' is defined already"),
-        (no_rotation, TransformError, "transform 'skew' is no rotation"),
+        (no_rotation, TransformError, "transform 'skew' is not a rotation"),
         (contradiction, ModeError, "mode 'odd': a segment time of 1 s and speed"),
         (out_of_reach, MoveError, "'there' with 'slow'.* reach is"),
     ],
@@ -307,7 +307,7 @@ def test_a_lease_that_lapsed_ends_the_program(bench: Bench, socket: CoreSocket, 
     with pytest.raises(LeaseError, match="was not renewed in time"):
         arm.wait()
     assert bench.server.holder is None
-    with pytest.raises(LeaseError, match="nobody controls the arm, or no more"):
+    with pytest.raises(LeaseError, match="this session does not control the arm, or no longer"):
         arm.move("up", "slow")
 
 
@@ -429,7 +429,7 @@ def test_a_late_status_does_not_set_the_clock_back() -> None:
 
 def test_a_reader_needs_no_lease(bench: Bench, socket: CoreSocket) -> None:
     link = RemoteLink(socket, "reader", 1.0, now=socket.now)
-    with pytest.raises(LeaseError, match="nobody controls the arm"):
+    with pytest.raises(LeaseError, match="this session does not control the arm"):
         link.request(MoveRequest("up", "slow"))
     link.wait(AtRest())
     assert link.status() == bench.server.status()

@@ -114,7 +114,7 @@ def test_a_frame_lost_now_and_then_disturbs_nothing_for_long(
     fleet.run(250)
     assert fleet.master.fault is None
     assert doomed
-    assert max(map(abs, fleet.master.errors)) < math.radians(0.3)
+    assert max(map(abs, fleet.master.inputs.errors)) < math.radians(0.3)
 
 
 def _kind(record: type[NamedTuple]) -> str:

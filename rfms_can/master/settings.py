@@ -66,7 +66,7 @@ class MasterSettings:
         blend: matching polynomial of transitions.
         barrier_s: longest lockstep cycle, s.
         patience_s: how long nodes may take to appear and to answer a configuration, s.
-        paced: lockstep cycles are no shorter than the period; for a bus that idles.
+        paced: lockstep cycles are not shorter than the period; for a bus that idles.
         law: how the arm complies.
         sensor: whether the plant has a wrist sensor.
         closed: whether the force loop is closed over it.

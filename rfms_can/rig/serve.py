@@ -83,13 +83,13 @@ class Serving:
         bus_bound: float | None = None,
         keep: bool = False,
     ) -> None:
-        supervisor = self._supervisor = rig.supervisor
-        self._clock = CLOCKS[supervisor.settings.clock]
-        self._barrier_s = supervisor.settings.barrier_s
+        master = self._master = rig.master
+        self._clock = CLOCKS[master.settings.clock]
+        self._barrier_s = master.settings.barrier_s
         self._interrupted = interrupted
         self._shown = shown
         self._thought_long = False
-        self.server = Server(supervisor)
+        self.server = Server(master)
         self._desk = Desk(self.server, socket)
         self.session = Session(
             rig,
@@ -128,18 +128,18 @@ class Serving:
             self._desk.broadcast()
 
     def _serve(self) -> None:
-        supervisor, link = self._supervisor, self.session.link
+        master, link = self._master, self.session.link
         while not self._over():
             if self._may_go_on():
-                supervisor.paced = not self.server.time_may_pass
+                master.timer.paced = not self.server.time_may_pass
                 link.pass_time(lambda: self._over() or not self._may_go_on(), self._after_event)
             else:
                 self._stand_still()
-        if supervisor.fault is not None:
-            raise FaultError(supervisor.fault)
+        if master.fault is not None:
+            raise FaultError(master.fault)
 
     def _over(self) -> bool:
-        return self._supervisor.fault is not None or self._interrupted()
+        return self._master.fault is not None or self._interrupted()
 
     def _may_go_on(self) -> bool:
         """Whether the next cycle may begin; in lockstep nodes are not kept waiting for long."""
@@ -154,7 +154,7 @@ class Serving:
         if not self._clock.in_one_process:
             self._desk.serve()
             if self._clock.waits_for_nodes:
-                self._supervisor.paced = not self.server.time_may_pass
+                self._master.timer.paced = not self.server.time_may_pass
         return self._interrupted()
 
     def _close_cycle(self) -> None:

@@ -40,7 +40,7 @@ class Schedule:
         run.step = pace.advance()
 
     def unsettle(self, stage: Stage) -> None:
-        """The pace is to change: a move that waits at rest for its moving goal waits anew."""
+        """The pace is to change: a move that waits at rest for its moving goal is planned again."""
         run = self._run
         if stage is Stage.IDLE and run.next is not None:
             self._queue.appendleft(run.next.move)
@@ -112,7 +112,7 @@ class Schedule:
         return move, hand_over
 
     def _upcoming(self) -> tuple[Move | None, float]:
-        """The move that follows without rest, and when; None if there is none or it is too late.
+        """The move that follows without rest, and when; None without one, or if it is too late.
 
         One settled too late for its due time takes over as soon as can be: on the tick after next,
         once its start has been sent, and the pace is steady.

@@ -49,7 +49,7 @@ class Event(Enum):
     ARRIVED = auto()
     """The transition to rest is over."""
     HALT = auto()
-    """A stop was asked for."""
+    """A stop was requested."""
 
 
 TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(

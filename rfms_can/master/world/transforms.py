@@ -56,7 +56,7 @@ class Transforms:
         self.kinds[message.name] = message.kind
 
     def unseen(self, tick: int) -> list[str]:
-        """References that move on by a velocity nobody has confirmed for ``OLDEST_S``."""
+        """References that move on by a velocity that was not confirmed for ``OLDEST_S``."""
         if not self._carried:
             return []
         return [name for name, seen in self._carried.items() if tick - seen > self._lasting]
@@ -65,7 +65,7 @@ class Transforms:
         """Bring a reference to rest within limits, as if it had been seen to stop ahead.
 
         Args:
-            name: of the transform; one that is no reference rests.
+            name: of the transform; one that is not a reference rests.
             tick: of the next set-point.
             limits: of the mode the arm moves with; None if nothing that moves uses it.
         """
@@ -136,7 +136,7 @@ class Transforms:
             self.table.check_room(name)
         elif known != kind:
             raise TransformError(
-                f"transform {name!r} is of kind {known} and stays so, {kind} was asked for; "
+                f"transform {name!r} is of kind {known} and stays so, {kind} was requested; "
                 f"use another name"
             )
         if (message.function is not None) != definition.has_function:

@@ -1,20 +1,21 @@
 """The math processor: row sets of each cycle, from a model of the arm (VI.4.5)."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from rfms_can.arm import Arm
+from rfms_can.arm import Arm, Load
 from rfms_can.compliance import LAWS, ControlLaw, LawRows, regular_pose
 from rfms_can.dynamics.model import LoadedDynamics
 from rfms_can.kinematics import jacobian
-from rfms_can.master.force.law_rows import ComplyingRows
-from rfms_can.master.force.specification import RIGID, Compliance
-from rfms_can.wire.contract import LAST_SET, NO_SET
+from rfms_can.master.rows.compliance import RIGID, Compliance
+from rfms_can.master.rows.law_rows import ComplyingRows
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.vocabulary import Law
 
+Matrix = npt.NDArray[np.float64]
 RowValues = tuple[float, ...]
 """Values of one ROWS frame, in the order of the wire's record."""
 
@@ -23,6 +24,28 @@ COMPLIANT_DAMPING: Final = 30.0
 stops within a tenth of a second; a push of 30 N sends a tip of 5 kg off at 0.2 m/s. With a third of
 it what friction is left lets a peg lean while it goes down, until it touches its hole twice."""
 _IDENTITY: Final = [[float(i == j) for j in JOINTS] for i in JOINTS]
+
+
+class RowSet(NamedTuple):
+    """One set of rows, with what it was made of.
+
+    Attributes:
+        number: of the set; SYNC names it.
+        compliance: what it complies in.
+        values: of the six ROWS frames.
+        J: (6, 6), Jacobian in the T6 frame at the measured joint angles.
+        M: (6, 6), joint-space inertia, kg m2.
+        gravity: (6,), torque that holds arm and load, Nm.
+        law: rows of the law in the compliance frame; None where nothing complies.
+    """
+
+    number: int
+    compliance: Compliance
+    values: Sequence[RowValues]
+    J: Matrix
+    M: Matrix
+    gravity: Matrix
+    law: LawRows | None
 
 
 class MathProcessor:
@@ -36,8 +59,6 @@ class MathProcessor:
         natural: their natural frequency, rad/s.
 
     Attributes:
-        dynamics: the model.
-        compliance: what the next rows are for.
         complying: the law's rows while something complies.
     """
 
@@ -51,40 +72,44 @@ class MathProcessor:
     ) -> None:
         self._arm = arm
         self._law = LAWS[law]
-        self.dynamics = dynamics
-        self._set = NO_SET
-        self._made: dict[int, Compliance] = {NO_SET: Compliance()}
-        self.compliance = Compliance()
+        self._dynamics = dynamics
         self.complying = ComplyingRows(arm, law, Kp, natural)
         self._own_inertia = np.diag(np.asarray(Kp) / natural**2)
 
-    def made(self, number: int) -> Compliance:
-        """What a set of rows that was sent is for."""
-        return self._made.get(number, Compliance())
+    def rows(self, number: int, q: Sequence[float], compliance: Compliance, load: Load) -> RowSet:
+        """A set of rows.
 
-    def rows(self, q: Sequence[float]) -> tuple[int, list[RowValues]]:
-        """The next set at joint angles ``q`` (6, rad): its number and the values of its frames."""
-        self.dynamics.update(q)
-        compliance, weighted = self.compliance, self._law.wire is Law.WEIGHTED
-        number = self._set = self._set % LAST_SET + 1
-        inertia = self.dynamics.M.tolist()
-        damping, bits = 0.0, 0
+        Args:
+            number: of the set.
+            q: joint angles, rad (6).
+            compliance: what it is for.
+            load: in the hand.
+        """
+        dynamics = self._dynamics
+        dynamics.carry(load)
+        dynamics.update(q)
+        J, M, g = dynamics.J, dynamics.M, dynamics.g
+        weighted = self._law.wire is Law.WEIGHTED
+        inertia = M.tolist()
+        damping, bits, rows = 0.0, 0, None
         if compliance.selection.size and self._law.complies:
-            rows = self._complying(q)
+            rows = self._complying(q, compliance, J, M)
             law = (rows.weighted if weighted else rows.errors).tolist()
             damping, bits = COMPLIANT_DAMPING * self._law.damped, compliance.bits
         else:
             compliance = compliance._replace(selection=RIGID)
             law = inertia if weighted else _IDENTITY
-        self._made[number] = compliance
         first, second = (inertia, law) if weighted else (law, inertia)
-        gravity = self.dynamics.g.tolist()
+        gravity = g.tolist()
         tail = (number, self._law.wire, damping, bits, compliance.number)
-        return number, [(*first[i], *second[i], gravity[i], *tail) for i in range(len(JOINTS))]
+        values = [(*first[i], *second[i], gravity[i], *tail) for i in range(len(JOINTS))]
+        return RowSet(number, compliance, values, J, M, g, rows)
 
-    def _complying(self, q: Sequence[float]) -> LawRows:
-        regular, dynamics = regular_pose(self._arm, q), self.dynamics
-        J = dynamics.J if regular == tuple(q) else np.array(jacobian(self._arm, regular))
+    def _complying(
+        self, q: Sequence[float], compliance: Compliance, J: Matrix, M: Matrix
+    ) -> LawRows:
+        regular = regular_pose(self._arm, q)
+        if regular != tuple(q):
+            J = np.array(jacobian(self._arm, regular))
         # with no model, the inertia that the gains were made for is the metric
-        M = dynamics.M if dynamics.M.any() else self._own_inertia
-        return self.complying.rows(self.compliance, J, M)
+        return self.complying.rows(compliance, J, M if M.any() else self._own_inertia)

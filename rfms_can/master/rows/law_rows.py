@@ -18,7 +18,7 @@ from rfms_can.compliance import (
     conflicts,
     out_of_reach,
 )
-from rfms_can.master.force.specification import Compliance
+from rfms_can.master.rows.compliance import Compliance
 
 Matrix = npt.NDArray[np.float64]
 
@@ -33,14 +33,10 @@ class ComplyingRows:
         natural: their natural frequency, rad/s.
 
     Attributes:
-        J: (6, 6), Jacobian of the compliance frame of the last rows.
-        last: rows made last.
         reported: singularities met, in words, each once.
     """
 
     def __init__(self, arm: Arm, law: ControlLaw, Kp: Sequence[float], natural: float) -> None:
-        self.J: Matrix = np.eye(6)
-        self.last: LawRows | None = None
         self.reported: list[str] = []
         self._law = LAWS[law]
         self._servos = Servos(Kp, natural, arm.a2)
@@ -55,7 +51,7 @@ class ComplyingRows:
             J: (6, 6), Jacobian in the T6 frame, at a regular pose.
             M: (6, 6), joint-space inertia, kg m2.
         """
-        self.J = J = compliance_jacobian(J, compliance.frame)
+        J = compliance_jacobian(J, compliance.frame)
         selection = compliance.selection
         if self._rows is None or compliance.number != self._number:
             self._number = compliance.number
@@ -64,7 +60,6 @@ class ComplyingRows:
         rows = self._rows(J, M)
         if rows.projection is not None and len(rows.projection.blocked):
             self._note_conflicts(rows.projection, J, selection)
-        self.last = rows
         return rows
 
     def _note_conflicts(self, projection: Projection, J: Matrix, selection: Selection) -> None:
