@@ -38,7 +38,7 @@ def rfms(
         (["--tcp", "5000", "--bind", "::"], "is not loopback"),
         (["--tcp", "5000", "--bind", "robot"], "no numerical one"),
         (["--tcp", "65534"], "three in a row"),
-        (["--tcp", "5000", "--keys", "k"], "server.key_secret is no key"),
+        (["--tcp", "5000", "--keys", "k"], "server.key_secret is not a key"),
         (["--name", "../up"], "server name '../up'"),
     ],
 )

@@ -165,7 +165,7 @@ def test_a_start_without_a_probe_ends_in_homing_and_not_in_a_stop(seed: int) -> 
         rigs.append(rig)
 
     settings = replace(SETTINGS, plant=f"perturbed:{seed}")
-    signs = [w.encoder_sign for w in make_variant(settings.plant, ARM, "corke").wiring]
+    signs = [w.encoder_sign for w in make_variant(settings.plant, ARM, "corke").board_errors]
     outcome = execute(lambda arm: None, settings, watch=keep)
     assert str(outcome.fault).startswith(f"joint {signs.index(-1) + 1}: HOMING_FAILED")
     moved = zip(rigs[0].plant.physics.true_q, ARM.park, strict=True)

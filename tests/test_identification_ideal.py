@@ -72,7 +72,7 @@ def test_motions_no_fit_has_seen_are_explained(found: Found) -> None:
 
 
 def test_the_amplifier_with_a_current_of_its_own_is_named(found: Found) -> None:
-    own = [j for j, w in enumerate(found.variant.wiring, start=1) if w.current_offset]
+    own = [j for j, w in enumerate(found.variant.board_errors, start=1) if w.current_offset]
     assert [f"joint {j} of" in note for j, note in zip(own, found.result.notes, strict=True)] == [
         True
     ] * len(own)

@@ -330,7 +330,7 @@ def test_keys_are_kept_from_others(tmp_path: Path) -> None:
 
 
 def test_keys_that_are_none_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(LinkError, match="is no key"):
+    with pytest.raises(LinkError, match="is not a key"):
         ServerKeys.load(tmp_path)
     new_server_keys(tmp_path)
     with pytest.raises(LinkError, match="holds no client's key"):
@@ -344,7 +344,7 @@ def test_keys_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match="is there already"):
         new_client_keys(tmp_path, "cell")
     (tmp_path / "clients" / "bad.key").write_text("rubbish")
-    with pytest.raises(LinkError, match=r"bad\.key is no key"):
+    with pytest.raises(LinkError, match=r"bad\.key is not a key"):
         ServerKeys.load(tmp_path)
 
 

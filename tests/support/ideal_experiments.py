@@ -144,9 +144,9 @@ def _table(
     per_rad = np.array([drive.counts_per_radian for drive in arm.drives])
     speeds = np.array([arm.board_scale(joint).speed_per_adc_code for joint in range(JOINT_COUNT)])
     dac = np.rint(signs * current)
-    own = np.array([wiring.current_offset for wiring in variant.wiring])
-    slope = np.array([wiring.adc_slope for wiring in variant.wiring])
-    offset = np.array([wiring.adc_offset for wiring in variant.wiring])
+    own = np.array([errors.current_offset for errors in variant.board_errors])
+    slope = np.array([errors.adc_slope for errors in variant.board_errors])
+    offset = np.array([errors.adc_offset for errors in variant.board_errors])
     adc = slope * (dac + own) + offset + noise.normal(0.0, 2.0, dac.shape)
     tachometer = qd / speeds + noise.normal(0.0, 1.5, qd.shape)
     early = np.concatenate((dac[2:], dac[-1:], dac[-1:]))  # a code acts two cycles later

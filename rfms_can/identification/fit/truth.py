@@ -110,10 +110,10 @@ def truth_of(variant: Variant) -> Calibration:
             "viscous": law.viscous,
             "static_positive": max(-law.offset_positive, 0.0),
             "static_negative": max(law.offset_negative, 0.0),
-            "adc_slope": wiring.adc_slope,
-            "adc_offset": wiring.adc_offset + wiring.adc_slope * wiring.current_offset,
+            "adc_slope": errors.adc_slope,
+            "adc_offset": errors.adc_offset + errors.adc_slope * errors.current_offset,
         }
-        for law, wiring in zip(variant.laws, variant.wiring, strict=True)
+        for law, errors in zip(variant.laws, variant.board_errors, strict=True)
     ]
     whole = {
         "arm": variant.arm.name,
