@@ -83,7 +83,7 @@ def test_a_name_that_is_none_is_refused(name: str) -> None:
         ("ipc:///tmp/x", "a server's name, or tcp://"),
         ("tcp://127.0.0.1:0", r"port 0 is not in 1\.\.65533"),
         (f"tcp://127.0.0.1:{LAST_PORT + 1}", "three in a row"),
-        ("tcp://127.0.0.300:5000", "no numerical one"),
+        ("tcp://127.0.0.300:5000", "is not numerical"),
         ("tcp://192.168.1.7:5000", "give the keys"),
         ("tcp://[2001:db8::1]:5000", "give the keys"),
     ],
