@@ -176,7 +176,7 @@ def test_a_setting_that_does_not_fit_is_one_line(
     ("toml", "complaint"),
     [
         ("[run\n", "config file"),
-        ("[run]\nspeed = 1\n", "no setting is called speed; there are: arm, barrier"),
+        ("[run]\nspeed = 1\n", "unknown setting speed; there are: arm, barrier"),
         ('[run]\nrate = "fast"\n', "rate is a number, not 'fast'"),
         ("[run]\narm = 260\n", "arm is a word in quotes, not 260"),
         ("[run]\nseed = 1.5\n", "seed is a whole number, not 1.5"),

@@ -33,7 +33,7 @@ def rfms(
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["--keys", "k"], "--keys are of TCP connections: give --tcp PORT"),
+        (["--keys", "k"], "--keys works only with TCP connections: give --tcp PORT"),
         (["--tcp", "5000", "--bind", "0.0.0.0"], "is not loopback: others would move the arm"),
         (["--tcp", "5000", "--bind", "::"], "is not loopback"),
         (["--tcp", "5000", "--bind", "robot"], "is not numerical"),

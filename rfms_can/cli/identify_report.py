@@ -32,7 +32,7 @@ _WIDTH = 132
 
 
 def _console() -> Console:
-    """Standard output, wide enough for the tables wherever it goes."""
+    """Standard output, wide enough for the tables."""
     return Console(highlight=False, width=max(Console().width, _WIDTH))
 
 
@@ -46,7 +46,7 @@ def _table(title: str, *headings: str) -> Table:
 def print_report(
     found: Identification, calibration: Calibration, truth: Calibration, beside: str
 ) -> None:
-    """All tables but that of the comparison; ``beside`` says what ``truth`` is."""
+    """All tables but that of the comparison; ``beside`` is the column title of ``truth``."""
     console = _console()
     _print_torque(console, calibration, truth, beside)
     _print_converters(console, found)
@@ -139,7 +139,7 @@ def _print_constants(console: Console, found: Calibration, truth: Calibration, b
 
 
 def _print_identities(console: Console, found: Identification) -> None:
-    """What must be equal for any arm of this shape: here, and in Eq. 4.16 and 4.30."""
+    """Identities that hold for any arm of this shape: here, and in Eq. 4.16 and 4.30."""
     table = _table(
         "One for every such arm", "", "must equal", "found", "", "thesis", "", "thesis ratio"
     )
@@ -156,7 +156,7 @@ def _print_identities(console: Console, found: Identification) -> None:
 
 
 def print_significance(found: Identification) -> None:
-    """What the simpler models cost and leave out (thesis IV.3, IV.4)."""
+    """Computation time and error of the simpler models (thesis IV.3, IV.4)."""
     table = _table(
         "Significance: torque a model misses, % of a joint's largest, worst joint",
         *("model", "us an update", "gross motion", "fine motion"),
@@ -172,7 +172,7 @@ def print_significance(found: Identification) -> None:
 
 
 def print_tracking(settings: RunSettings, runs: Sequence[Tracking]) -> None:
-    """One fast program, the same gains: what knowing the arm is worth."""
+    """Tracking errors of one fast program with the same gains and different compensations."""
     console = _console()
     table = _table(
         "Fast motion: largest error of each joint while it moves, degrees",

@@ -57,7 +57,7 @@ def run_program(
     watch: Callable[["Rig"], None] | None = None,
     more: Callable[[], Mapping[str, Any]] = dict,
 ) -> None:
-    """Run a program file, show progress and result; ``more`` is what JSON has beside them.
+    """Run a program file, show progress and result; ``more`` gives further keys of the JSON.
 
     Exit code 1 after a latched fault; 130 after Ctrl-C and 143 after SIGTERM, the arm braked.
     """
