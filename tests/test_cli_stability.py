@@ -84,7 +84,7 @@ def test_compliance_frames() -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (("--word", "fx fw"), "'fw' is no direction"),
+        (("--word", "fx fw"), "'fw' is not a direction"),
         (("--tool", "long"), "tool 'long' is not a list of numbers"),
         (("--tool", "0,1"), "give z, or x,y,z"),
         (("--pose", "1,2,3"), "six angles"),

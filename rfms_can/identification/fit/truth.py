@@ -9,7 +9,7 @@ from rfms_can.arm.calibration import Calibration
 from rfms_can.arm.puma import OUNCE_INCH
 from rfms_can.dynamics.fitted import fitted_constants
 from rfms_can.dynamics.rigid_body import ArmDynamics
-from rfms_can.dynamics.terms import turned
+from rfms_can.dynamics.terms import in_other_convention
 from rfms_can.plant.variant import Variant
 
 GRAVITY_M_S2: Final = 9.81
@@ -63,7 +63,7 @@ VERDICTS: Final = {
 def thesis_constants() -> dict[str, float]:
     """Eq. 4.16 and 4.30 in SI and in convention B."""
     in_a = {name: OUNCE_INCH * number for name, number in THESIS_OZ_IN.items()}
-    return turned(in_a)
+    return in_other_convention(in_a)
 
 
 class Identity(NamedTuple):
