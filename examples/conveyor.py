@@ -2,11 +2,11 @@
 
     rfms run examples/conveyor.py
 
-The part is a reference transform that the arm reads anew each cycle. A camera tells where it was:
-50 pictures a second, each 20 ms old when it arrives, with the time it was taken at. The server goes
-on with the velocity it has seen (``predict="velocity"``), so the tool follows the part and not the
-pictures; the move to it is a straight line in the part's own frame. What the program does not have
-in a factory stands in one class here: the belt that says where the part truly is.
+The part is a reference transform that the arm reads in every cycle. A camera observes it: 50
+pictures a second, each 20 ms old when it arrives, with its time stamp. The server extrapolates with
+the observed velocity (``predict="velocity"``), so the tool follows the part and not the pictures;
+the move to it is a straight line in the part's own frame. One class here replaces the factory: the
+belt, which knows the true position of the part.
 """
 
 import math

@@ -76,7 +76,7 @@ def program(arm: Arm) -> None:
         arm.tare()
     arm.wait(arm.move(below, feel))
     if arm.guard is None:
-        raise ProgramError(f"there is no surface within {1e3 * BELOW:g} mm of the place")
+        raise ProgramError(f"no surface within {1e3 * BELOW:g} mm of the nominal place")
 
     arm.comply("fz", FORCE)
     arm.wait(arm.move(begin, settle))  # its height is let go

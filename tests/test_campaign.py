@@ -162,7 +162,7 @@ def test_a_line_that_is_no_run_is_named(tmp_path: Path, conditions: Conditions) 
     file = tmp_path / "kept.jsonl"
     Results(conditions, file).add(came(RIGID, 0))
     file.write_bytes(file.read_bytes() + b'{"law": 3}\n')
-    with pytest.raises(RfmsError, match="line 3 is no run of a campaign"):
+    with pytest.raises(RfmsError, match="line 3 is not a campaign run"):
         Results(conditions, file)
 
 

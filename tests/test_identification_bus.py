@@ -17,7 +17,7 @@ from support.ideal_experiments import ideal_data
 from rfms_can.arm import arm_by_name
 from rfms_can.identification.compensation_comparison import (
     IDENTIFIED,
-    NONE_AT_ALL,
+    UNCOMPENSATED,
     compare,
     compensations,
 )
@@ -149,7 +149,7 @@ def test_knowing_the_arm_is_worth_a_fifth_of_the_error(tmp_path: Path) -> None:
     """With what a perfect experiment finds; a real one comes within 1.2 of it."""
     truth = truth_of(VARIANT)
     runs = compensations(SETTINGS, tmp_path, truth, None)
-    chosen = {name: runs[name] for name in (NONE_AT_ALL, IDENTIFIED)}
+    chosen = {name: runs[name] for name in (UNCOMPENSATED, IDENTIFIED)}
     none, identified = compare(chosen, jobs=2)
     assert identified.rms < 0.2 * none.rms
     assert identified.largest < 0.2 * none.largest

@@ -50,8 +50,8 @@ def test_an_encoder_that_counts_backwards_is_named_before_torque_grows(seed: int
     found = probe(settings)
     with pytest.raises(WiringError, match=f"^joint {joint}: its encoder counts backwards"):
         require_sound(found)
-    assert found.highest <= LEVELS[-1] < 0.5 * FULL_SCALE
-    assert found.widest < 0.03
+    assert found.largest_code <= LEVELS[-1] < 0.5 * FULL_SCALE
+    assert found.largest_displacement < 0.03
 
 
 def test_the_arm_stays_where_it_was() -> None:

@@ -182,7 +182,7 @@ def test_machine_without_either_is_told_what_to_install(tmp_path: Path) -> None:
     ("arguments", "complaint"),
     [
         ([], "no command"),
-        (["--memory", "4", "true"], "'4' is no size"),
+        (["--memory", "4", "true"], "'4' is not a size"),
         (["--timeout", "0", "true"], "'0' is not between 0 and 1e6 seconds"),
         (["--timeout", "soon", "true"], "'soon' is not between"),
         (["--no-such-option", "true"], "--no-such-option"),

@@ -7,7 +7,12 @@ from rich.console import Console
 from rich.table import Table
 
 from rfms_can.arm.calibration import Calibration
-from rfms_can.identification.compensation_comparison import IDENTIFIED, NONE_AT_ALL, TRUTH, Tracking
+from rfms_can.identification.compensation_comparison import (
+    IDENTIFIED,
+    TRUTH,
+    UNCOMPENSATED,
+    Tracking,
+)
 from rfms_can.identification.fit.result import Identification
 from rfms_can.identification.fit.significance import significance
 from rfms_can.identification.fit.summary import (
@@ -187,7 +192,7 @@ def print_tracking(settings: RunSettings, runs: Sequence[Tracking]) -> None:
         table.add_row(str(joint), f"{gain.kp:.1f}", f"{gain.ki:.0f}", f"{gain.kd:.2f}")
     console.print(table)
     rms = {run.name: run.rms for run in runs}
-    line = f"identified: 1/{rms[NONE_AT_ALL] / rms[IDENTIFIED]:.1f} of no compensation"
+    line = f"identified: 1/{rms[UNCOMPENSATED] / rms[IDENTIFIED]:.1f} of no compensation"
     if TRUTH in rms:
         line += f", {rms[IDENTIFIED] / rms[TRUTH]:.2f} times the plant's truth"
     console.print(line)

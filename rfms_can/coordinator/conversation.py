@@ -1,4 +1,4 @@
-"""A session with a server, without sockets: what is sent, and what the replies say."""
+"""A session with a server, without sockets: numbering of requests, decoding of replies."""
 
 import secrets
 from typing import Final, NamedTuple
@@ -10,14 +10,14 @@ from rfms_can.errors import LinkError
 from rfms_can.messages import Answer, AnyRequest, Envelope, Reply, Status
 
 ANSWER_S: Final = 5.0
-"""How long a server may be silent before it is given up, s: longer than a lockstep barrier."""
+"""Timeout for a server's answer, s: longer than a lockstep barrier."""
 RETRY_S: Final = 0.5
-"""How long a request may be unanswered before it is sent again, s; it is processed once."""
+"""Time after which an unanswered request is sent again, s; it is processed once."""
 RENEWALS: Final = 3
-"""How often a lease is renewed in its time."""
+"""Renewals of a lease within its duration."""
 REALTIME: Final = "realtime"
 CLOCK_DRIFT: Final = 1e-3
-"""How much faster than ours the server's clock is believed to run at most, s/s."""
+"""Largest assumed drift of the server's clock against ours, s/s."""
 
 _encode = msgspec.msgpack.Encoder().encode
 _replies: Final = msgspec.msgpack.Decoder(Reply)
@@ -25,20 +25,20 @@ _statuses: Final = msgspec.msgpack.Decoder(Status)
 
 
 class Request(NamedTuple):
-    """A request with its number, as it is sent, and sent again."""
+    """A numbered request, encoded."""
 
     serial: int
     data: bytes
 
 
 class Conversation:
-    """Numbers requests, reads replies, and keeps the newest state they tell.
+    """Numbers requests, decodes replies, and keeps the newest state of the arm.
 
     Args:
         address: of the server, for errors.
 
     Attributes:
-        lost: why nothing is heard of the server any more, or None.
+        lost: why the server was given up, or None.
     """
 
     def __init__(self, address: str) -> None:
@@ -56,14 +56,14 @@ class Conversation:
         return Request(self._serial, _encode(Envelope(self._session, self._serial, message)))
 
     def read(self, data: bytes, now: float) -> Reply:
-        """A reply that has come.
+        """Decode a reply.
 
         Args:
-            data: as it came.
+            data: as received.
             now: local time, s, monotonic.
 
         Raises:
-            LinkError: it is none.
+            LinkError: it is not a valid reply.
         """
         try:
             reply = _replies.decode(data)
@@ -73,7 +73,7 @@ class Conversation:
         return reply
 
     def hear(self, data: bytes, now: float) -> None:
-        """A status that has been broadcast; arguments and errors as with :meth:`read`."""
+        """Decode a broadcast status; arguments and errors as with :meth:`read`."""
         try:
             status = _statuses.decode(data)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -83,10 +83,10 @@ class Conversation:
 
     @property
     def status(self) -> Status:
-        """The newest state of the arm that is known.
+        """The newest known state of the arm.
 
         Raises:
-            LinkError: the server has said nothing yet.
+            LinkError: no state has been received yet.
         """
         if self._status is None:
             raise self.silent()
@@ -95,8 +95,8 @@ class Conversation:
     def time(self, now: float) -> float:
         """The server's time, s.
 
-        In virtual time and lockstep it is that of the last status, because it stands while the
-        program runs. In real time it has gone on since: by how much tells the status that came
+        In virtual time and lockstep it is that of the last status, because it stands still while
+        the program runs. In real time it has advanced since: the offset is taken from the status
         with the least delay, so that a late one does not set it back.
 
         Args:
@@ -106,12 +106,12 @@ class Conversation:
         return now - self._offset if status.clock == REALTIME else status.time
 
     def check(self) -> None:
-        """Raise ``LinkError`` if the server has been given up: nobody waits for it again."""
+        """Raise ``LinkError`` if the server has been given up."""
         if self.lost is not None:
             raise self.lost
 
     def silent(self) -> LinkError:
-        """The error that the server does not answer; it is given up."""
+        """The error for a server that does not answer; gives it up."""
         self.lost = LinkError(
             f"server {self._address!r} has not answered for {ANSWER_S:g} s: see whether it runs "
             f"(rfms serve), and the address and keys"
@@ -119,7 +119,7 @@ class Conversation:
         return self.lost
 
     def _note(self, status: Status, now: float) -> None:
-        """Keep a state that is no older than the one that is known, and what it says of time."""
+        """Store a state unless it is older than the known one, and update the clock offset."""
         known = self._status
         if known is not None and status.cycle < known.cycle:
             return
@@ -129,14 +129,14 @@ class Conversation:
         self._status, self._offset, self._heard = status, offset, now
 
     def _nonsense(self, error: Exception) -> LinkError:
-        return LinkError(f"server {self._address!r} says what is no reply: {error}")
+        return LinkError(f"server {self._address!r} sent an invalid reply: {error}")
 
 
 def answer_of(reply: Reply) -> Answer:
-    """What a reply says.
+    """The answer of a reply.
 
     Raises:
-        RfmsError: the request was refused: the exception of the server's error.
+        RfmsError: the request was refused, with the class of the server's error.
     """
     if reply.refusal is not None:
         raise error_of(reply.refusal)
