@@ -143,9 +143,9 @@ def test_results_of_other_conditions_are_not_mixed_in(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "first line tells no conditions"),
-        ("hello\n", "first line tells no conditions"),
-        ('{"a": 1}\n', "first line tells no conditions"),
+        ("", "is not a campaign file: its first line has no conditions"),
+        ("hello\n", "is not a campaign file: its first line has no conditions"),
+        ('{"a": 1}\n', "is not a campaign file: its first line has no conditions"),
     ],
 )
 def test_a_file_that_is_none_is_refused_and_left_alone(

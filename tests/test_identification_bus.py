@@ -25,7 +25,11 @@ from rfms_can.identification.experiments.data import Data, DataError, fingerprin
 from rfms_can.identification.experiments.plan import Experiment, experiments
 from rfms_can.identification.experiments.procedure import run_all, run_one, tasks_of
 from rfms_can.identification.fit.identify import _stretched
-from rfms_can.identification.fit.torque import KnownLoad, turned_joint, weighed_joint
+from rfms_can.identification.fit.torque import (
+    KnownLoad,
+    fit_vertical_joint,
+    fit_weight_loaded_joint,
+)
 from rfms_can.identification.fit.trace import converter_fits, trace_of
 from rfms_can.identification.fit.truth import truth_of
 from rfms_can.identification.fit.windows import windows_of
@@ -84,8 +88,8 @@ def test_table_4_1_over_the_bus(part: dict[str, Data]) -> None:
     traces = {name: trace_of(ARM, each, converters) for name, each in data.items()}
     windows = [w for trace in traces.values() for w in windows_of(trace)]
     known = KnownLoad.of(ARM)
-    third = weighed_joint([w for w in windows if w.joint == 2], known, "joint 3")
-    first = turned_joint(
+    third = fit_weight_loaded_joint([w for w in windows if w.joint == 2], known, "joint 3")
+    first = fit_vertical_joint(
         [w for w in windows if w.joint == 0], _stretched(traces), 0.004, known, "joint 1"
     )
     for joint, found in ((0, first.law), (2, third.law)):

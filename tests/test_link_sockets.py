@@ -16,7 +16,7 @@ from rfms_can.link.address import (
     SOCKETS,
     TcpAddress,
     endpoints_of,
-    place_of,
+    rendezvous_of,
     socket_paths,
     tcp_address,
 )
@@ -116,7 +116,7 @@ def test_a_long_runtime_directory_is_refused(
 
 
 def test_directory_and_sockets_are_their_owners(server: ServerSocket) -> None:
-    directory = place_of("bench").directory
+    directory = rendezvous_of("bench").directory
     assert stat.S_IMODE(directory.stat().st_mode) == 0o700
     for path in socket_paths("bench"):
         assert stat.S_ISSOCK(path.stat().st_mode)
@@ -124,13 +124,13 @@ def test_directory_and_sockets_are_their_owners(server: ServerSocket) -> None:
 
 
 def test_a_directory_open_to_others_is_refused() -> None:
-    place_of("bench").directory.mkdir(mode=0o755)
+    rendezvous_of("bench").directory.mkdir(mode=0o755)
     with pytest.raises(LinkError, match="open to others"):
         ServerSocket("bench")
 
 
 def test_a_client_does_not_trust_a_directory_open_to_others(server: ServerSocket) -> None:
-    place_of("bench").directory.chmod(0o777)
+    rendezvous_of("bench").directory.chmod(0o777)
     with pytest.raises(LinkError, match="open to others"):
         ClientSocket("bench")
 
@@ -147,7 +147,7 @@ def test_a_name_is_served_once(server: ServerSocket) -> None:
 def test_what_is_not_loopback_is_not_bound_without_keys(host: str) -> None:
     with pytest.raises(LinkError, match="not loopback: others would move the arm"):
         ServerSocket("bench", TcpAddress(host, 5000))
-    assert not place_of("bench").alive
+    assert not rendezvous_of("bench").alive
 
 
 def test_nothing_listens_on_tcp_unless_asked(server: ServerSocket) -> None:

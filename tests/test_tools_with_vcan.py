@@ -31,7 +31,7 @@ def with_vcan(*arguments: str, **options: Any) -> subprocess.CompletedProcess[st
 
 @pytest.fixture(scope="module")
 def way() -> str:
-    """Which way commands go on this machine; the test cannot run if there is none."""
+    """How commands run on this machine; skips the test if they cannot."""
     checked = with_vcan("--check")
     if checked.returncode != 0:
         unavailable = f"no vcan0 on this machine: {checked.stderr.strip()}"

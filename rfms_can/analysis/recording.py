@@ -162,7 +162,7 @@ def load_recording(directory: Path, wire: Wire | None = None) -> Recording:
     """Read a recorded run.
 
     Raises:
-        RecordingError: no such directory, a file is missing or broken, or the log is of another bus.
+        RecordingError: no such directory, a missing or broken file, or a log of another bus.
         ArmError: an arm this version does not know.
     """
     _check_files(directory)

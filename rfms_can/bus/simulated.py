@@ -224,8 +224,8 @@ class SimulatedBus:
 
     def _deliver_late(self, routes: Sequence[Route], frame: Frame) -> None:
         """Deliver to the nodes still attached (their indices may have changed)."""
-        heirs = {route[0] for route in routes if not route[0].bus_off}
-        self._deliver([c.route() for c in self._controllers if c in heirs], frame)
+        attached = {route[0] for route in routes if not route[0].bus_off}
+        self._deliver([c.route() for c in self._controllers if c in attached], frame)
 
     def _hand_over(self, controller: Controller, frames: Sequence[Frame]) -> None:
         if controller.latency_ns:

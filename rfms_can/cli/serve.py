@@ -18,7 +18,7 @@ from rfms_can.link.keys import ServerKeys, new_client_keys, new_server_keys
 from rfms_can.messages import ServerNumbers
 from rfms_can.messages.numbers import LATENCY_EDGES_NS
 from rfms_can.rig.interrupt import signals_noted
-from rfms_can.rig.realtime import be_on_time
+from rfms_can.rig.realtime import set_real_time
 from rfms_can.rig.settings import RunSettings, SettingsError
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def serve(
             listening,
             record=record,
             attach=attach,
-            watch=lambda _: be_on_time(fifo, cpu, mlockall),
+            watch=lambda _: set_real_time(fifo, cpu, mlockall),
             ready=ready,
             shown=shown,
             interrupted=interrupt,

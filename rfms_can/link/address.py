@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from rfms_can.errors import LinkError
-from rfms_can.link.rendezvous import Rendezvous, living
+from rfms_can.link.rendezvous import Rendezvous, running_names
 
 DEFAULT_NAME: Final = "rfms"
 SOCKETS: Final = ("requests", "status", "emergency")
@@ -42,18 +42,18 @@ class TcpAddress(NamedTuple):
         return ipaddress.ip_address(self.host).is_loopback
 
     @property
-    def six(self) -> bool:
+    def ipv6(self) -> bool:
         """Whether it is an IPv6 address."""
         return ":" in self.host
 
     @property
     def endpoints(self) -> Endpoints:
         """ZeroMQ's names."""
-        host = f"[{self.host}]" if self.six else self.host
+        host = f"[{self.host}]" if self.ipv6 else self.host
         return Endpoints(*(f"tcp://{host}:{self.port + place}" for place in range(len(SOCKETS))))
 
 
-def place_of(name: str) -> Rendezvous:
+def rendezvous_of(name: str) -> Rendezvous:
     """The rendezvous directory of a server of this name."""
     return Rendezvous("server", name, LinkError)
 
@@ -64,7 +64,7 @@ def socket_paths(name: str) -> tuple[Path, ...]:
     Raises:
         LinkError: an invalid name, or paths too long for Unix sockets.
     """
-    directory = place_of(name).directory
+    directory = rendezvous_of(name).directory
     paths = tuple(directory / socket for socket in SOCKETS)
     longest = max(len(str(path).encode()) for path in paths)
     if longest > LONGEST_PATH:
@@ -125,9 +125,9 @@ def endpoints_of(address: str, *, with_keys: bool = False) -> Endpoints:
         if not tcp.loopback and not with_keys:
             raise LinkError(f"{address} is not on this machine: give the keys of server and client")
         return tcp.endpoints
-    place = place_of(address)
+    place = rendezvous_of(address)
     if not place.alive:
-        names = ", ".join(living(place.what)) or "none"
+        names = ", ".join(running_names(place.what)) or "none"
         raise LinkError(
             f"no server {address!r} is running (running: {names}); start one: "
             f"rfms serve --name {address}"

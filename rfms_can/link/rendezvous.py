@@ -98,7 +98,7 @@ class Rendezvous(NamedTuple):
         return _is_locked(self.directory / LOCK_FILE)
 
 
-def living(what: str) -> list[str]:
+def running_names(what: str) -> list[str]:
     """Names of this user's hubs, servers ... that are running."""
     prefix, suffix = f"rfms-{what}-", f"-{os.getuid()}"
     return [

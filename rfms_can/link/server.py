@@ -13,7 +13,7 @@ from typing import IO, Final, Self
 import zmq
 
 from rfms_can.errors import LinkError
-from rfms_can.link.address import DEFAULT_NAME, TcpAddress, place_of, socket_paths
+from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of, socket_paths
 from rfms_can.link.keys import DOMAIN, ServerKeys, authenticate
 from rfms_can.messages import MAX_BYTES
 
@@ -61,7 +61,7 @@ class ServerSocket:
         check_binding(tcp, keys)
         self.name = name
         self._paths = socket_paths(name)
-        self._lock: IO[bytes] = place_of(name).claim()
+        self._lock: IO[bytes] = rendezvous_of(name).claim()
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._authenticator = None if keys is None else authenticate(self._context, keys)
         self._requests = self._make(zmq.ROUTER, REQUESTS_QUEUED)
@@ -112,7 +112,7 @@ class ServerSocket:
     def _bind_tcp(self, tcp: TcpAddress, keys: ServerKeys | None) -> None:
         """Bind the ports; options set here do not apply to the Unix sockets, which are bound."""
         for socket, endpoint in zip(self._sockets, tcp.endpoints, strict=True):
-            socket.setsockopt(zmq.IPV6, int(tcp.six))
+            socket.setsockopt(zmq.IPV6, int(tcp.ipv6))
             if keys is not None:
                 socket.setsockopt(zmq.CURVE_SERVER, 1)
                 socket.curve_publickey, socket.curve_secretkey = keys.public, keys.secret

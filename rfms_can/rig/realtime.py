@@ -87,7 +87,7 @@ class ThreadedPump:
         return self._closing
 
 
-def be_on_time(priority: int | None, cpu: int | None, lock_memory: bool) -> None:
+def set_real_time(priority: int | None, cpu: int | None, lock_memory: bool) -> None:
     """Ask Linux for real-time scheduling, one CPU, and memory that is never paged out.
 
     Raises:

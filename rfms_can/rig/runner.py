@@ -65,7 +65,7 @@ def execute(
             watch(rig)
         session = Session(
             rig,
-            bus_bound=affordable(settings),
+            bus_bound=checked_bus_bound(settings),
             progress=progress,
             keep=run_record is not None,
             interrupted=interrupted,
@@ -121,7 +121,7 @@ def make_rig(
     return rig, writer
 
 
-def affordable(settings: RunSettings) -> float:
+def checked_bus_bound(settings: RunSettings) -> float:
     """The bound of the bus load; refused above 100 % on the simulated bus."""
     bound = bus_bound(settings)
     if settings.simulated and bound > 1.0:

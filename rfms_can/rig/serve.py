@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from rfms_can.errors import FaultError, LinkError
-from rfms_can.link.address import DEFAULT_NAME, TcpAddress, place_of
+from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of
 from rfms_can.link.keys import ServerKeys
 from rfms_can.link.server import ServerSocket, check_binding
 from rfms_can.master.server.core import Server
@@ -18,7 +18,7 @@ from rfms_can.master.settings import Clock
 from rfms_can.messages import ServerNumbers
 from rfms_can.rig.record import Record
 from rfms_can.rig.result import RunResult
-from rfms_can.rig.runner import affordable, complete_record, make_rig
+from rfms_can.rig.runner import checked_bus_bound, complete_record, make_rig
 from rfms_can.rig.server_driver import ServerDriver
 from rfms_can.rig.session import HALT_CYCLES, Rig, Session
 from rfms_can.rig.settings import RunSettings
@@ -197,7 +197,7 @@ def serve(
         RfmsError: the bus could not be brought up.
     """
     check_binding(listening.tcp, listening.keys)
-    if place_of(listening.name).alive:
+    if rendezvous_of(listening.name).alive:
         raise LinkError(f"server {listening.name!r} is running already: take another --name")
     run_record = None if record is None else Record(record)
     rig, writer = make_rig(settings, run_record, attach)
@@ -209,7 +209,7 @@ def serve(
                 socket,
                 interrupted=interrupted,
                 shown=shown,
-                bus_bound=affordable(settings),
+                bus_bound=checked_bus_bound(settings),
                 keep=run_record is not None,
             )
             fault: FaultError | None = None

@@ -84,8 +84,10 @@ def _act(way: Way, index: int, action: Action, arm: Arm) -> None:
         way.go(kind, action.joint, index, high, seconds)
         way.go(kind, action.joint, index, low, seconds)
     elif isinstance(action, Burst):
-        there = with_joint(action.pose, action.joint, action.pose[action.joint - 1] + action.way)
-        _, seconds = burst_times(abs(action.way), arm, action.joint)
+        there = with_joint(
+            action.pose, action.joint, action.pose[action.joint - 1] + action.displacement
+        )
+        _, seconds = burst_times(abs(action.displacement), arm, action.joint)
         way.rest(action.pose, REST_S)
         for end in (there, action.pose) * action.times:
             way.go(BURST, action.joint, index, end, 1.3 * seconds)

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import IO, Final
 
 from rfms_can.errors import BusError
-from rfms_can.link.rendezvous import NAME, Rendezvous, living
+from rfms_can.link.rendezvous import NAME, Rendezvous, running_names
 
 HUB_NAME: Final = NAME
 SOCKET_FILE: Final = "socket"
@@ -41,4 +41,4 @@ def release(path: Path, lock: IO[bytes]) -> None:
 
 def live_hubs() -> list[str]:
     """Names of this user's hubs that are running."""
-    return living(_WHAT)
+    return running_names(_WHAT)

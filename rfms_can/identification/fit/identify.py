@@ -26,8 +26,8 @@ from rfms_can.identification.fit.static import breakaways
 from rfms_can.identification.fit.torque import (
     KnownLoad,
     TorqueFit,
-    turned_joint,
-    weighed_joint,
+    fit_vertical_joint,
+    fit_weight_loaded_joint,
 )
 from rfms_can.identification.fit.trace import Trace, converter_fits, trace_of
 from rfms_can.identification.fit.windows import Window, windows_of
@@ -81,10 +81,10 @@ def _torques(arm: Arm, traces: Mapping[str, Trace], windows: Sequence[Window]) -
     first = [window for window in windows if window.joint == 0]
     turning = _stretched(traces)
     period_s = next(iter(traces.values())).period_s
-    fits = [turned_joint(first, turning, period_s, known, "torque of joint 1")]
+    fits = [fit_vertical_joint(first, turning, period_s, known, "torque of joint 1")]
     for joint in range(1, JOINT_COUNT):
         own = [window for window in windows if window.joint == joint]
-        fits.append(weighed_joint(own, known, f"torque of joint {joint + 1}"))
+        fits.append(fit_weight_loaded_joint(own, known, f"torque of joint {joint + 1}"))
     return fits
 
 

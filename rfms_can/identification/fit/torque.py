@@ -70,7 +70,7 @@ class TorqueFit(NamedTuple):
     points: Floats
 
 
-def weighed_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueFit:
+def fit_weight_loaded_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueFit:
     """The law of a joint (2 to 6) loaded by the known load's weight."""
     poses = sorted({window.pose for window in windows})
     names = [*LAW, "inertia", *(f"{side} {pose}" for pose in poses for side in ("cos", "sin"))]
@@ -96,7 +96,7 @@ def weighed_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueF
     return TorqueFit(law_of(fit), fit, np.array(points))
 
 
-def turned_joint(
+def fit_vertical_joint(
     windows: list[Window], motions: list[Motion], period_s: float, known: KnownLoad, what: str
 ) -> TorqueFit:
     """The law of joint 1: friction from sweeps, the scale from the known load's inertia.
