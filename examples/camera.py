@@ -2,10 +2,10 @@
 
     rfms run examples/camera.py
 
-The part is a reference transform that starts as the drawing says. In the middle of the straight
-approach the camera on the wrist sees where it really lies; the observation changes the goal of the
-motion under way, and the server blends the correction in: the tool's acceleration changes by no
-more than the mode allows, and the tool lands where the part is.
+The part is a reference transform with its nominal value. In the middle of the straight approach the
+camera on the wrist measures its true pose; the observation changes the goal of the current motion,
+and the server blends the correction in: the tool's acceleration changes by no more than the mode
+allows, and the tool arrives at the part.
 """
 
 import math
@@ -16,20 +16,20 @@ DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
 """The hand looks down: its approach axis along -z of the bench."""
 
 DRAWN = (0.02, 0.12, 0.02)
-"""Where the part should lie on the bench, m."""
+"""Nominal position of the part on the bench, m."""
 
 OFF = (0.008, -0.006, 0.0)
-"""How far from there it lies, m: 10 mm."""
+"""Its true displacement from there, m: 10 mm."""
 
 SEEN_AFTER = 0.6
-"""When the camera sees it, s after the approach has begun."""
+"""Time of the camera's picture after the start of the approach, s."""
 
 ACCELERATION = 1.0
-"""What the correction may add to the tool's motion, m/s2."""
+"""Largest acceleration of the correction, m/s2."""
 
 
 def program(arm: Arm) -> None:
-    """Go to where the part should be, end where it is, grip it, come away."""
+    """Approach the nominal place, arrive at the true one, grip the part, retreat."""
     hand = arm.pose
     home = arm.transform("home", hand)
     tool = arm.transform("tool", Transform.translation(0.0, 0.0, 0.1354))
@@ -61,7 +61,7 @@ def program(arm: Arm) -> None:
 
 
 def seen(hand: Transform) -> Transform:
-    """Where the part really lies, in the base frame."""
+    """True pose of the part, in the base frame."""
     x, y, z = (drawn + off for drawn, off in zip(DRAWN, OFF, strict=True))
     return place(hand, (x, y, z))
 

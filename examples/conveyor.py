@@ -2,11 +2,11 @@
 
     rfms run examples/conveyor.py
 
-The part is a reference transform that the arm reads anew each cycle. A camera tells where it was:
-50 pictures a second, each 20 ms old when it arrives, with the time it was taken at. The server goes
-on with the velocity it has seen (``predict="velocity"``), so the tool follows the part and not the
-pictures; the move to it is a straight line in the part's own frame. What the program does not have
-in a factory stands in one class here: the belt that says where the part truly is.
+The part is a reference transform that the arm reads in every cycle. A camera observes it: 50
+pictures a second, each 20 ms old when it arrives, with its time stamp. The server extrapolates with
+the observed velocity (``predict="velocity"``), so the tool follows the part and not the pictures;
+the move to it is a straight line in the part's own frame. One class here replaces the factory: the
+belt, which knows the true position of the part.
 """
 
 import math
@@ -32,7 +32,7 @@ REACH = -0.18
 """Where on the belt the part comes within reach, m along it from the middle."""
 
 AHEAD = 0.35
-"""How far ahead of there the arm waits, s of the belt's way: it joins the part without a rush."""
+"""How far ahead of there the arm waits, s of the belt's motion, to join the part smoothly."""
 
 
 class Belt:
@@ -49,15 +49,15 @@ class Belt:
         self._middle = Transform.translation(hand.px, hand.py, hand.pz - 0.22)
 
     def at(self, along: float) -> Transform:
-        """A place on the belt, so far along it from its middle, m."""
+        """A place on the belt at a distance from its middle, m."""
         return self._middle @ Transform.translation(0.0, along, 0.0)
 
     def part(self, time: float) -> Transform:
-        """Where the part truly is, in the base frame, at a time of the arm's clock."""
+        """True pose of the part, in the base frame, at a time of the arm's clock."""
         return self.at(REACH + self.speed * (time - self.enters))
 
     def picture(self, time: float) -> Transform:
-        """Where the camera sees it in a picture taken at that time."""
+        """Pose measured by the camera at that time."""
         return self.part(time)
 
 
@@ -101,7 +101,7 @@ def program(arm: Arm) -> None:
 
 
 def look(arm: Arm, belt: Belt, part: Expression) -> None:
-    """Wait for the next picture and hand it on, with the time it was taken at."""
+    """Wait for the next picture and send its observation with the time stamp."""
     arm.sleep(FRAME)
     taken = arm.time - LATE
     arm.observe(part, belt.picture(taken), at=taken)

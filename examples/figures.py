@@ -1,4 +1,4 @@
-"""One way three times: the motions of thesis Figures 3.3, 3.4 and 3.5.
+"""One motion three times, as in thesis Figures 3.3, 3.4 and 3.5.
 
 In joint mode, in joint mode with a longer acceleration time, and along straight lines::
 

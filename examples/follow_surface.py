@@ -1,11 +1,11 @@
-"""Following a surface that is not where the program has it, pressed on with a force.
+"""Following a surface of uncertain position with a contact force.
 
     rfms run examples/follow_surface.py --arm puma560 --scene surface:tilt_y_deg=10 --sensor good
     rfms run examples/follow_surface.py --arm puma560 --scene curved --sensor good
 
-The program has a flat plate in mind: it moves along x at one height. The plate leans, or is the
-back of a cylinder. It feels its way down to it, complies along the tool's z with a bias force, and
-moves; where the surface leads the arm beside its path is what ``arm.complied`` tells.
+The program assumes a flat plate: it moves along x at one height. The plate is tilted, or is a
+cylinder. It approaches with a guarded move, complies along the tool's z with a bias force, and
+moves; ``arm.complied`` is the displacement of the arm from its path by the surface.
 """
 
 import math
@@ -14,7 +14,7 @@ from rfms_can.coordinator import Arm, ProgramError, Transform
 
 DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
 PLACE = Transform.translation(0.6, 0.15, 0.0)
-"""Where the middle of the surface should be, z out of it."""
+"""Nominal frame at the middle of the surface, z out of it."""
 TIP = Transform.translation(0.0, 0.0, 0.16)
 """The ball's foremost point in T6."""
 TOOL_MASS = 0.388
@@ -23,16 +23,16 @@ TOOL_CENTRE = (0.0, 0.0, 0.0896)
 """Its centre of mass in T6, m."""
 
 LENGTH = 0.1
-"""Way along x, from before the middle to behind it, m."""
+"""Distance along x, from before the middle to behind it, m."""
 SPEED = 0.05
 """m/s."""
 FORCE = 20.0
 """Along the tool's z, N."""
 REST = 0.5
-"""Pressing at rest, before the way and after it, s."""
+"""Pressing at rest, before the path and after it, s."""
 
 ABOVE, BELOW = 0.025, 0.025
-"""Heights between which it feels its way down, m."""
+"""Heights of the guarded move, m."""
 FEEL_SPEED = 0.01
 """m/s."""
 TOUCH, TOUCH_BLIND = 10.0, 70.0
@@ -76,10 +76,10 @@ def program(arm: Arm) -> None:
         arm.tare()
     arm.wait(arm.move(below, feel))
     if arm.guard is None:
-        raise ProgramError(f"there is no surface within {1e3 * BELOW:g} mm of the place")
+        raise ProgramError(f"no surface within {1e3 * BELOW:g} mm of the nominal place")
 
     arm.comply("fz", FORCE)
-    arm.wait(arm.move(begin, settle))  # its height is let go
+    arm.wait(arm.move(begin, settle))  # its height is compliant
     arm.sleep(REST)
     arm.wait(arm.move(end, follow))
     print(f"led {1e3 * arm.complied[2]:.1f} mm along the tool, away from the path")

@@ -4,7 +4,7 @@
 
 Every place of the pallet is the corner of the pallet times a translation, ``pallet @ place(i, j)``,
 so a pallet that stands askew is one transform. Modes give speeds instead of times: each segment
-takes as long as its way needs, and is lengthened where a joint would run faster than it may.
+takes the time of its distance, and is lengthened where a joint would exceed its speed limit.
 """
 
 import math

@@ -4,8 +4,8 @@
 
 The jaw tells whether the grip has found something: closed on a part it stays as far open as the
 part is wide. On an empty simulation it closes fully; the program says so, opens again and goes
-home without having carried anything. Ways in the open are joint motions, approaches and departures
-straight lines along the tool. The bench lies in front of the arm, where its hand is when enabled,
+home without a part. Free motions are joint motions, approaches and departures straight lines along
+the tool. The bench lies in front of the arm, where its hand is when enabled,
 and the configuration is named once for all places: the arm does not reach over its shoulder.
 """
 
@@ -17,7 +17,7 @@ DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
 """The hand looks down: its approach axis along -z of the bench."""
 
 CONFIG = "left down flip"
-"""The branch all places are reached in."""
+"""Configuration of the arm at all places."""
 
 PART_WIDTH = 0.03
 """Width of the part between the fingers, m."""

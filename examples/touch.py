@@ -1,13 +1,13 @@
-"""Contact from free motion: down until it touches, then a force held on what was met.
+"""Contact from free motion: a guarded move down, then a constant contact force.
 
     rfms run examples/touch.py --arm puma560 --scene surface:z_mm=-7 --sensor good --dither 0.9
 
-The plate lies anywhere within 20 mm of where it should. A guarded move goes down to it and is
-stopped by the force it meets, or by the way it has gone if there is nothing. Then the arm complies
-along the tool's z and pushes with a force, and goes up again by a way relative to where it was.
+The plate is within 20 mm of its nominal place. A guarded move goes down to it and is stopped by the
+contact force, or by the distance moved if there is no contact. Then the arm complies along the
+tool's z and presses with a force, and moves up again relative to its position.
 
-Without a sensor a force is guessed from the motors, and friction hides most of it: the guard must
-be wide, and what is held is as uncertain.
+Without a sensor the force is estimated from the motors, and friction hides most of it: the guard
+must be wide, and the force held is as uncertain.
 """
 
 import math
@@ -16,7 +16,7 @@ from rfms_can.coordinator import Arm, ProgramError, Transform
 
 DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
 PLACE = Transform.translation(0.6, 0.15, 0.0)
-"""Where the middle of the plate should be, z out of it."""
+"""Nominal frame at the middle of the plate, z out of it."""
 TIP = Transform.translation(0.0, 0.0, 0.16)
 """The ball's foremost point in T6."""
 TOOL_MASS = 0.388
@@ -25,11 +25,11 @@ TOOL_CENTRE = (0.0, 0.0, 0.0896)
 """Its centre of mass in T6, m."""
 
 ABOVE = 0.025
-"""Height from which it feels its way down, m."""
+"""Height at which the guarded move starts, m."""
 BELOW = 0.025
-"""Depth to which it does, m."""
+"""Depth at which it ends, m."""
 SPEED = 0.01
-"""At which it does, m/s."""
+"""Its speed, m/s."""
 TOUCH = 10.0
 """Force that stops it, N."""
 TOUCH_BLIND = 70.0
@@ -41,7 +41,7 @@ HOLD = 1.0
 
 
 def program(arm: Arm) -> None:
-    """Touch the plate, push on it, and leave."""
+    """Touch the plate, press on it, and leave."""
     tip = arm.transform("tip", TIP)
     place = arm.transform("place", PLACE @ DOWN)
 
@@ -91,5 +91,5 @@ def program(arm: Arm) -> None:
 
 
 def height(arm: Arm) -> float:
-    """Of the tip over where the plate should be, m, by the encoders."""
+    """Height of the tip over the nominal plate by the encoders, m."""
     return (PLACE.inverse() @ arm.pose @ TIP).pz

@@ -3,8 +3,8 @@
     rfms run examples/trace_corner.py --arm puma560 --scene corner:turn_deg=2 --sensor good
 
 As the thesis has it: along AB the block complies in y and about z and x, at B it is switched to
-comply along x and about z and y, and goes on to C; what does not comply is led. A bias force
-presses it against the wall, the wall turns it square. It knows B by the force it meets there.
+comply along x and about z and y, and goes on to C; the other directions are position controlled. A
+bias force presses it against the wall, which aligns it. It detects B by the contact force there.
 """
 
 import math
@@ -14,7 +14,7 @@ from rfms_can.coordinator import Arm, ProgramError, Transform
 DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
 """The hand looks down: its x is -x of the corner, its y is y."""
 CORNER = Transform.translation(0.6, 0.2, 0.0)
-"""Where B should be: AB is the plane y = 0, BC the plane x = 0, the block comes from -x."""
+"""Nominal frame at B: AB is the plane y = 0, BC the plane x = 0, the block comes from -x."""
 TIP = Transform.translation(0.0, 0.0, 0.12)
 """The middle of the block in T6, in which it complies."""
 HALF = 0.02
@@ -25,19 +25,19 @@ TOOL_CENTRE = (0.0, 0.0, 0.1044)
 """Its centre of mass in T6, m."""
 
 LENGTH = 0.08
-"""Way along each wall, m."""
+"""Distance along each wall, m."""
 SPEED = 0.025
 """Along the walls, m/s."""
 GAP = 0.005
-"""From the wall where it feels its way to it, m; and how far it may be off along a wall, m."""
+"""Distance from the wall at which a guarded move starts, m; and tolerance along a wall, m."""
 FEEL_SPEED = 0.005
 """Towards a wall, m/s."""
 TOUCH = 15.0
-"""Force that tells a wall, N."""
+"""Contact force that detects a wall, N."""
 FORCE = 20.0
 """Against the wall, N."""
 SETTLE = 0.25
-"""From a touch until it goes on, s: the wall turns the block square."""
+"""Waiting time after contact, s: the wall aligns the block."""
 
 
 def program(arm: Arm) -> None:
@@ -97,7 +97,7 @@ def program(arm: Arm) -> None:
 
 
 def feel(arm: Arm, to: str, mode: str) -> None:
-    """Go until a wall stops it."""
+    """Guarded move until contact with a wall."""
     arm.wait(arm.move(to, mode))
     if arm.guard is None:
         raise ProgramError(f"no wall on the way to {to}")

@@ -1,8 +1,8 @@
 """Park, above the part, at the part, grip, above it again, above the goal, at the goal, release.
 
 In the manner of the thesis' programs: a tool on the flange, places in the world, and position
-equations that relate them. Long ways are joint motions, approaches are straight lines. Places are
-given as parts of how far out the hand is when the arm is enabled: they suit an arm of any size.
+equations that relate them. Long motions are joint motions, approaches are straight lines. Places
+are given as fractions of the hand's distance when the arm is enabled: they suit an arm of any size.
 """
 
 import math

@@ -1,12 +1,12 @@
-"""Weave along a seam round a corner, as a welder does, and say how well the corner is kept.
+"""Weave along a welding seam with corners, and report the deviation at the corners.
 
     rfms run examples/weave.py
 
 The seam is three straight segments; the weave is a functional transform right of each of its
-points, computed by the server from how far the segment has come: a sine across the seam, with
+points, computed by the server from the segment parameter: a sine across the seam, with
 whole periods in each segment, so that it is zero at the points themselves. Transitions are
-Cartesian: where one segment hands over to the next the torch keeps to the seam as closely as the
-acceleration time allows, and ``arm.plan`` says how closely.
+Cartesian: from one segment to the next the torch follows the seam as closely as the acceleration
+time allows, and ``arm.plan`` gives the deviation.
 """
 
 import math
@@ -27,7 +27,7 @@ AMPLITUDE, PITCH = 0.002, 0.010
 """Of the weave: to either side, and the length of a period along the seam; m."""
 
 ABOVE = 0.04
-"""Where the torch comes from, above the seam, m."""
+"""Height above the seam from which the torch approaches, m."""
 
 
 def program(arm: Arm) -> None:

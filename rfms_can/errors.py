@@ -4,25 +4,25 @@
 
     RfmsError
     ├── FrameError          a CAN frame that cannot exist (id, length)
-    ├── WireError           the DBC, or a payload that breaks it
+    ├── WireError           the DBC, or a payload that violates it
     │   ├── EncodeError     our own value does not fit its signal: a bug, raised at once
     │   └── DbcError        the DBC file itself is unusable or not the one the bus runs
-    ├── BusError            the bus is not there, or gave up
+    ├── BusError            the bus does not exist, or failed
     ├── ArmError            unknown arm, friction set or parameter
     ├── KinematicsError     a pose the arm cannot take
     │   ├── UnreachableError    no solution: outside the shoulder cylinder or the reach
     │   ├── JointLimitError     a solution outside a joint's range
     │   └── SingularityError    a Jacobian that cannot be inverted there
-    ├── ProgramError        what a user program asked for is refused
-    │   ├── TransformError      a transform that is none, is unknown, or changes its kind
+    ├── ProgramError        a request of a user program is refused
+    │   ├── TransformError      a transform that is invalid, is unknown, or changes its kind
     │   ├── EquationError       a position equation without exactly one T6, or unsolvable
     │   ├── ModeError           a mode that contradicts itself
     │   ├── MoveError           a move that breaks a rule of the trajectory generator
-    │   └── LeaseError          somebody else controls the arm, or nobody does any more
-    ├── LinkError           the server is not there, does not answer, or hears nonsense
+    │   └── LeaseError          another coordinator controls the arm, or the lease has lapsed
+    ├── LinkError           no server, no answer, or an invalid message
     ├── TableError          a table of ours leaves a member out: a bug, found at import
     ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
-    └── FaultError          a latched fault ended the run: the arm is safe, the run is not good
+    └── FaultError          a latched fault ended the run: the arm is safe, the run has failed
 
 Nothing a peer puts on the bus raises: nodes discard and count (``PROTOCOL`` R0). These errors are
 for our own bugs, for bad input of users, and for drivers.
@@ -50,11 +50,11 @@ class DbcError(WireError):
 
 
 class BusError(RfmsError):
-    """A bus is not there, is not what its URL says, or gave up."""
+    """A bus does not exist, does not match its URL, or failed."""
 
 
 class ArmError(RfmsError, ValueError):
-    """An arm, friction set or arm parameter that does not exist or makes no sense."""
+    """An arm, friction set or arm parameter that does not exist or is invalid."""
 
 
 class KinematicsError(RfmsError):
@@ -82,7 +82,7 @@ class EquationError(ProgramError, ValueError):
 
 
 class TransformError(ProgramError, ValueError):
-    """A transform that is no rotation, is not defined, or would change its kind."""
+    """A transform that is not rigid, is not defined, or would change its kind."""
 
 
 class ModeError(ProgramError, ValueError):

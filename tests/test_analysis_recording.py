@@ -151,7 +151,7 @@ def test_a_missing_file_is_named(copy: Path, name: str) -> None:
     [
         ("bus.log", "", "none of its 0 frames"),
         ("bus.log", "(0.1) can0 123#00\n", "none of its 1 frames"),
-        ("bus.log", "hello\n", "no candump line"),
+        ("bus.log", "hello\n", "not a candump line"),
         ("settings.json", "{}", "settings"),
         ("settings.json", "not json", "JSON"),
         ("summary.json", "[]", "object"),

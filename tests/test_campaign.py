@@ -143,9 +143,9 @@ def test_results_of_other_conditions_are_not_mixed_in(
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "first line tells no conditions"),
-        ("hello\n", "first line tells no conditions"),
-        ('{"a": 1}\n', "first line tells no conditions"),
+        ("", "is not a campaign file: its first line has no conditions"),
+        ("hello\n", "is not a campaign file: its first line has no conditions"),
+        ('{"a": 1}\n', "is not a campaign file: its first line has no conditions"),
     ],
 )
 def test_a_file_that_is_none_is_refused_and_left_alone(
@@ -162,7 +162,7 @@ def test_a_line_that_is_no_run_is_named(tmp_path: Path, conditions: Conditions) 
     file = tmp_path / "kept.jsonl"
     Results(conditions, file).add(came(RIGID, 0))
     file.write_bytes(file.read_bytes() + b'{"law": 3}\n')
-    with pytest.raises(RfmsError, match="line 3 is no run of a campaign"):
+    with pytest.raises(RfmsError, match="line 3 is not a campaign run"):
         Results(conditions, file)
 
 

@@ -1,4 +1,4 @@
-"""``rfms plot``: from a recorded run to pictures, and one clear line where there is none."""
+"""``rfms plot``: from a recorded run to pictures, and one clear line without a recording."""
 
 import json
 import sys

@@ -33,12 +33,12 @@ def rfms(
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["--keys", "k"], "--keys are of TCP connections: give --tcp PORT"),
+        (["--keys", "k"], "--keys works only with TCP connections: give --tcp PORT"),
         (["--tcp", "5000", "--bind", "0.0.0.0"], "is not loopback: others would move the arm"),
         (["--tcp", "5000", "--bind", "::"], "is not loopback"),
-        (["--tcp", "5000", "--bind", "robot"], "no numerical one"),
+        (["--tcp", "5000", "--bind", "robot"], "is not numerical"),
         (["--tcp", "65534"], "three in a row"),
-        (["--tcp", "5000", "--keys", "k"], "server.key_secret is no key"),
+        (["--tcp", "5000", "--keys", "k"], "server.key_secret is not a key"),
         (["--name", "../up"], "server name '../up'"),
     ],
 )

@@ -84,13 +84,13 @@ def test_compliance_frames() -> None:
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (("--word", "fx fw"), "'fw' is no direction"),
-        (("--tool", "long"), "tool 'long' is no list of numbers"),
+        (("--word", "fx fw"), "'fw' is not a direction"),
+        (("--tool", "long"), "tool 'long' is not a list of numbers"),
         (("--tool", "0,1"), "give z, or x,y,z"),
         (("--pose", "1,2,3"), "six angles"),
         (("--pose", "0,1,-2,0,0,nan"), "joint 6 of puma560 at nan rad is not in its range"),
         (("--pose", "0,99,-2,0,0,0"), "joint 2 of puma560 at 99 rad is not in its range"),
-        (("--points", "5"), "--points are of a grid: give --grid"),
+        (("--points", "5"), "--points works only with a grid: give --grid"),
         (("--tool", "1e300"), "tool '1e300' is not within 10 m of the hand"),
         (("--natural", "1e-300"), "give six, 0.01 to 10000 rad/s"),
         (("--grid", "2"), "two joints"),

@@ -48,7 +48,7 @@ def test_the_word_of_the_peg_in_hole() -> None:
 
 @pytest.mark.parametrize(
     ("word", "complaint"),
-    [("", "names no direction"), ("fx fw", "'fw' is no direction"), ("fx fx", "fx twice")],
+    [("", "names no direction"), ("fx fw", "'fw' is not a direction"), ("fx fx", "fx twice")],
 )
 def test_impossible_words_are_refused_by_name(word: str, complaint: str) -> None:
     with pytest.raises(SelectionError, match=complaint) as caught:

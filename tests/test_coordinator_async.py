@@ -368,5 +368,5 @@ def test_nonsense_is_a_link_error(socket: CoreSocket) -> None:
         socket.garble = b"\xc1nonsense"
         await arm.sleep(1.0)
 
-    with pytest.raises(LinkError, match="says what is no reply"):
+    with pytest.raises(LinkError, match="sent an invalid reply"):
         run(program)

@@ -30,7 +30,10 @@ def mode(**more: Any) -> Callable[[], object]:
         (mode(interpolation="bent"), r"interpolation 'bent': invalid enum value"),
         (lambda: definitions.comply("fx", ("a",)), r"comply 'fx': values\[0\] 'a': expected"),  # type: ignore[arg-type]
         (lambda: definitions.comply(None, ()), r"comply None: word None: expected `str`"),  # type: ignore[arg-type]
-        (lambda: definitions.comply("fx", (object(),)), r"comply 'fx': <object .*> is no number"),  # type: ignore[arg-type]
+        (
+            lambda: definitions.comply("fx", (object(),)),  # type: ignore[arg-type]
+            r"comply 'fx': <object .*> is not a number",
+        ),
         (lambda: definitions.gripper(True, "all"), r"gripper: part 'all': expected `float`"),  # type: ignore[arg-type]
         (lambda: definitions.lock(3), r"lock 3: word 3: expected `str`, got `int`"),  # type: ignore[arg-type]
         (lambda: definitions.feed(1.5), r"feed rate 1.5: .*<= 1.0"),

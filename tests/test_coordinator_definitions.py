@@ -95,7 +95,7 @@ def test_functions_arrive_as_they_were_given(arm: Arm, link: FakeLink, function:
 @pytest.mark.parametrize(
     ("function", "complaint"),
     [
-        (lambda h: h, r"transform 'f': <function .* is no function: Linear, .* cannot be Python"),
+        (lambda h: h, r"transform 'f': <function .* is not a Linear, .* cannot be Python code"),
         (Weave((0.0, 0.0), 1.0), r"transform 'f': .*amplitude"),  # type: ignore[arg-type]
         (Linear(parameter="x"), r"transform 'f': .*parameter"),  # type: ignore[arg-type]
         (Table([TableRow(0.0, TWIST)]), r"transform 'f': .*function.rows .*length >= 2"),
@@ -126,7 +126,7 @@ def test_an_observation_keeps_how_its_reference_is_predicted(arm: Arm, link: Fak
 def test_only_references_are_observed(arm: Arm, link: FakeLink, what: str | Expression) -> None:
     arm.transform("table", HERE)
     arm.reference("part", HERE)
-    with pytest.raises(TransformError, match=rf"transform '{what}' is no reference .*: part;"):
+    with pytest.raises(TransformError, match=rf"transform '{what}' is not a reference .*: part;"):
         arm.observe(what, THERE)
     assert len(link.heard) == 2
 
@@ -153,7 +153,7 @@ def test_the_thesis_equation_with_its_frames(arm: Arm, link: FakeLink) -> None:
 @pytest.mark.parametrize("times", [0, 2])
 def test_the_arm_stands_in_an_equation_once(arm: Arm, link: FakeLink, times: int) -> None:
     left = Expression(*["t6"] * times, "tool")
-    with pytest.raises(EquationError, match=rf"position 'at': t6 stands {times} times in .*tool"):
+    with pytest.raises(EquationError, match=rf"position 'at': t6 occurs {times} times in .*tool"):
         arm.position("at", left == Expression("part"))
     assert link.heard == []
 
@@ -245,7 +245,7 @@ def test_a_feed_rate_out_of_bounds_is_refused(arm: Arm, link: FakeLink, rate: fl
 @pytest.mark.parametrize(
     ("word", "values", "complaint"),
     [
-        ("fx fq", (0.0, 0.0), "'fq' is no direction"),
+        ("fx fq", (0.0, 0.0), "'fq' is not a direction"),
         ("fx fy fx", (0.0, 0.0, 0.0), "fx twice"),
         ("", (), "names no direction"),
         ("fx fy", (0.0,), "1 values for 2 directions"),

@@ -33,7 +33,7 @@ class FakeServer:
         self._newest = waiting
 
     async def serve(self) -> None:
-        """Let time go on while somebody waits."""
+        """Let time advance while a part waits."""
         while True:
             await asyncio.sleep(0)
             asked, self._newest = self._newest, ()

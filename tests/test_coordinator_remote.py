@@ -262,7 +262,7 @@ def test_a_server_that_dies_during_a_wait_is_noticed(socket: CoreSocket, arm: Ar
 
 def test_nonsense_is_a_link_error(socket: CoreSocket, arm: Arm) -> None:
     socket.garble = b"\xc1nonsense"
-    with pytest.raises(LinkError, match="server 'bench' says what is no reply"):
+    with pytest.raises(LinkError, match="server 'bench' sent an invalid reply"):
         arm.stop()
 
 

@@ -46,7 +46,7 @@ def test_every_message_of_the_link_is_listed_with_its_meaning() -> None:
     for cls in listed - {messages.Envelope}:
         said = draw_link.meanings(cls)
         assert set(said) - {""} <= set(cls.__struct_fields__), f"{cls.__name__}: no such field"
-    assert "| `duration_s` | number (>= 0.1, <= 10) | 1.0 | how long it lasts" in page
+    assert "| `duration_s` | number (>= 0.1, <= 10) | 1.0 | time after which it lapses" in page
 
 
 def test_a_file_without_markers_is_refused() -> None:

@@ -30,7 +30,7 @@ def test_every_key_stands_there_with_its_bounds() -> None:
             numbers = (float(cell.replace("−", "-")) for cell in row[2:5])
             told.add((scene, row[1], *numbers, row[5]))
     assert told == {
-        (name, key.name, key.usual, key.lowest, key.highest, key.meaning)
+        (name, key.name, key.default, key.minimum, key.maximum, key.meaning)
         for name, entry in SCENES.items()
         for key in entry.keys
     }

@@ -156,7 +156,7 @@ def test_a_mode_says_what_stops_it_by_words() -> None:
         ({"stop_on_distance": {"dx": math.inf}}, "dx inf must be more than zero"),
         ({"stop_on_distance": {"dx": 1e9}}, "dx 1e\\+09: it would never stop there, 3 is the most"),
         ({"stop_on_distance": {"rz": 3.2}}, "rz 3.2: it would never .*, 3.14 is the most"),
-        ({"comply": {"fw": 0.0}}, "'fw' is no direction"),
+        ({"comply": {"fw": 0.0}}, "'fw' is not a direction"),
         ({"comply": {"fx": math.nan}}, "the bias of fx is nan"),
         ({"mass": -1.0}, "mass -1.0 must be a number"),
     ],

@@ -121,7 +121,7 @@ def floating(arm: Arm) -> None:
 def test_a_free_arm_that_complies_stays_where_it_is(
     friction: str, settings: dict[str, Any], bound: float
 ) -> None:
-    """What a tare has left over, and the sensor's noise, are no force."""
+    """The residual of a tare and the sensor's noise do not count as force."""
     moments = run(floating, "surface", friction=friction, sensor="good", **settings)
     floats = [m for m in moments if m.status.complying]
     tips = np.array([(tip.px, tip.py, tip.pz) for tip in (m.truth.tip for m in floats)])
@@ -210,7 +210,7 @@ def test_a_corner_is_traced_in_contact_with_the_force_asked_for(scene: str) -> N
 
 
 def meets(along: Run, axis: int) -> int:
-    """The cycle in which the block meets the next wall; the last if there is none."""
+    """The cycle in which the block meets the next wall, or the last one."""
     pushes = np.abs(pushed(along, axis)) > MEETS
     pushes[:SETTLED] = False
     return int(pushes.argmax()) if pushes.any() else len(along) - 1

@@ -77,7 +77,7 @@ def test_homing_opens_gently_until_the_jaw_rests_on_its_stop(bench: GripperBench
         assert bench.state is NodeState.HOMING
     for _ in range(AT_REST_CYCLES):
         assert bench.state is NodeState.HOMING
-        cycle(bench, 3801, NodeState.HOMING)  # a count is no motion
+        cycle(bench, 3801, NodeState.HOMING)  # one count does not count as motion
     assert bench.state is NodeState.READY
     cycle(bench, 3801, NodeState.HOMING)
     assert bench.node.opening == pytest.approx(PUMA_260.gripper.stroke)
@@ -191,7 +191,7 @@ def test_emergency_stop_ends_the_force(bench: GripperBench) -> None:
 
 
 def test_a_stopped_gripper_does_not_let_its_part_go(bench: GripperBench) -> None:
-    """Nobody sends while the bus stops: the board keeps the force it was told last."""
+    """No frame is sent while the bus stops: the board keeps the last force."""
     enable(bench)
     command(bench, GripperCommand.CLOSE, 100.0)
     cycle(bench, 4000)

@@ -17,7 +17,7 @@ from support.ideal_experiments import ideal_data
 from rfms_can.arm import arm_by_name
 from rfms_can.identification.compensation_comparison import (
     IDENTIFIED,
-    NONE_AT_ALL,
+    UNCOMPENSATED,
     compare,
     compensations,
 )
@@ -25,7 +25,11 @@ from rfms_can.identification.experiments.data import Data, DataError, fingerprin
 from rfms_can.identification.experiments.plan import Experiment, experiments
 from rfms_can.identification.experiments.procedure import run_all, run_one, tasks_of
 from rfms_can.identification.fit.identify import _stretched
-from rfms_can.identification.fit.torque import KnownLoad, turned_joint, weighed_joint
+from rfms_can.identification.fit.torque import (
+    KnownLoad,
+    fit_vertical_joint,
+    fit_weight_loaded_joint,
+)
 from rfms_can.identification.fit.trace import converter_fits, trace_of
 from rfms_can.identification.fit.truth import truth_of
 from rfms_can.identification.fit.windows import windows_of
@@ -84,8 +88,8 @@ def test_table_4_1_over_the_bus(part: dict[str, Data]) -> None:
     traces = {name: trace_of(ARM, each, converters) for name, each in data.items()}
     windows = [w for trace in traces.values() for w in windows_of(trace)]
     known = KnownLoad.of(ARM)
-    third = weighed_joint([w for w in windows if w.joint == 2], known, "joint 3")
-    first = turned_joint(
+    third = fit_weight_loaded_joint([w for w in windows if w.joint == 2], known, "joint 3")
+    first = fit_vertical_joint(
         [w for w in windows if w.joint == 0], _stretched(traces), 0.004, known, "joint 1"
     )
     for joint, found in ((0, first.law), (2, third.law)):
@@ -149,7 +153,7 @@ def test_knowing_the_arm_is_worth_a_fifth_of_the_error(tmp_path: Path) -> None:
     """With what a perfect experiment finds; a real one comes within 1.2 of it."""
     truth = truth_of(VARIANT)
     runs = compensations(SETTINGS, tmp_path, truth, None)
-    chosen = {name: runs[name] for name in (NONE_AT_ALL, IDENTIFIED)}
+    chosen = {name: runs[name] for name in (UNCOMPENSATED, IDENTIFIED)}
     none, identified = compare(chosen, jobs=2)
     assert identified.rms < 0.2 * none.rms
     assert identified.largest < 0.2 * none.largest
@@ -165,7 +169,7 @@ def test_a_start_without_a_probe_ends_in_homing_and_not_in_a_stop(seed: int) -> 
         rigs.append(rig)
 
     settings = replace(SETTINGS, plant=f"perturbed:{seed}")
-    signs = [w.encoder_sign for w in make_variant(settings.plant, ARM, "corke").wiring]
+    signs = [w.encoder_sign for w in make_variant(settings.plant, ARM, "corke").board_errors]
     outcome = execute(lambda arm: None, settings, watch=keep)
     assert str(outcome.fault).startswith(f"joint {signs.index(-1) + 1}: HOMING_FAILED")
     moved = zip(rigs[0].plant.physics.true_q, ARM.park, strict=True)

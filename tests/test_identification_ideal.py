@@ -9,7 +9,7 @@ from support.ideal_experiments import ideal_data, ideal_experiments
 from rfms_can.arm import JOINT_COUNT, arm_by_name
 from rfms_can.arm.calibration import Calibration
 from rfms_can.identification.experiments.plan import experiments
-from rfms_can.identification.experiments.tap import NOTHING_CAME
+from rfms_can.identification.experiments.tap import MISSING
 from rfms_can.identification.fit.identify import VALIDATION, identify
 from rfms_can.identification.fit.least_squares import IdentificationError
 from rfms_can.identification.fit.result import Identification, calibration_of
@@ -72,7 +72,7 @@ def test_motions_no_fit_has_seen_are_explained(found: Found) -> None:
 
 
 def test_the_amplifier_with_a_current_of_its_own_is_named(found: Found) -> None:
-    own = [j for j, w in enumerate(found.variant.wiring, start=1) if w.current_offset]
+    own = [j for j, w in enumerate(found.variant.board_errors, start=1) if w.current_offset]
     assert [f"joint {j} of" in note for j, note in zip(own, found.result.notes, strict=True)] == [
         True
     ] * len(own)
@@ -96,7 +96,7 @@ def test_missing_frames_and_missing_experiments_are_refused() -> None:
     arm = arm_by_name("puma560")
     _, data = ideal_experiments("puma560", "table41")
     table = data["burst-2"].table.copy()
-    table[100, 1, 3] = NOTHING_CAME
+    table[100, 1, 3] = MISSING
     torn = data["burst-2"]._replace(table=table)
     with pytest.raises(IdentificationError, match="1 cycles lack a MEASURE or DAC"):
         identify(arm, {**data, "burst-2": torn})

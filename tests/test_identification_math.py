@@ -78,7 +78,7 @@ def test_least_squares_gives_values_and_honest_deviations() -> None:
 
 def test_what_equations_do_not_tell_apart_is_named() -> None:
     matrix = np.array([[1.0, 2.0, 0.0], [2.0, 4.0, 1.0], [3.0, 6.0, 5.0], [1.0, 2.0, 7.0]])
-    with pytest.raises(IdentificationError, match="do not tell apart a, b: rank 2 of 3"):
+    with pytest.raises(IdentificationError, match="do not distinguish a, b: rank 2 of 3"):
         solve(("a", "b", "c"), matrix, np.ones(4), "x")
     with pytest.raises(IdentificationError, match="2 equations for 3 unknowns"):
         solve(("a", "b", "c"), matrix[:2], np.ones(2), "x")

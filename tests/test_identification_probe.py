@@ -10,10 +10,10 @@ from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
 from rfms_can.identification.experiments.probe import FULL_SCALE, LEVELS, Finding, Probe
 from rfms_can.identification.experiments.probing import WiringError, probe, require_sound
+from rfms_can.plant.imperfect_board import ImperfectBoard
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.variant import Variant, make_variant
-from rfms_can.plant.wired_board import WiredBoard
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire.contract import Wire
 
@@ -46,12 +46,12 @@ def test_an_arm_that_is_wired_right_passes(arm: str, plant: str) -> None:
 def test_an_encoder_that_counts_backwards_is_named_before_torque_grows(seed: int) -> None:
     settings = replace(SETTINGS, plant=f"perturbed:{seed}")
     variant = make_variant(settings.plant, settings.the_arm, settings.friction)
-    (joint,) = [j for j, w in enumerate(variant.wiring, start=1) if w.encoder_sign < 0]
+    (joint,) = [j for j, w in enumerate(variant.board_errors, start=1) if w.encoder_sign < 0]
     found = probe(settings)
     with pytest.raises(WiringError, match=f"^joint {joint}: its encoder counts backwards"):
         require_sound(found)
-    assert found.highest <= LEVELS[-1] < 0.5 * FULL_SCALE
-    assert found.widest < 0.03
+    assert found.largest_code <= LEVELS[-1] < 0.5 * FULL_SCALE
+    assert found.largest_displacement < 0.03
 
 
 def test_the_arm_stays_where_it_was() -> None:
@@ -66,20 +66,20 @@ def backwards(monkeypatch: pytest.MonkeyPatch, joint: int, what: str) -> Probe:
     """An arm with ideal boards, of which one is wired wrong otherwise."""
     arm = arm_by_name("puma560")
     variant = make_variant("table41", arm, "corke")
-    original = WiredBoard.set_dacs
-    drawn = WiredBoard.sample
+    original = ImperfectBoard.set_dacs
+    drawn = ImperfectBoard.sample
 
-    def torque(board: WiredBoard, current: int, force: int = 0) -> float:
+    def torque(board: ImperfectBoard, current: int, force: int = 0) -> float:
         sign = -1.0 if what == "motor" and board is physics._boards[joint] else 1.0
         return sign * original(board, current, force)
 
-    def sample(board: WiredBoard) -> tuple[int, int, int, bool]:
+    def sample(board: ImperfectBoard) -> tuple[int, int, int, bool]:
         counts, current, speed, seen = drawn(board)
         wrong = what == "tachometer" and board is physics._boards[joint]
         return counts, current, -speed if wrong else speed, seen
 
-    monkeypatch.setattr(WiredBoard, "set_dacs", torque)
-    monkeypatch.setattr(WiredBoard, "sample", sample)
+    monkeypatch.setattr(ImperfectBoard, "set_dacs", torque)
+    monkeypatch.setattr(ImperfectBoard, "sample", sample)
     wire = Wire()
     physics = PlantPhysics(arm, "corke", 250.0, variant=variant)
     node = Probe(arm, wire, 1, 4_000_000)

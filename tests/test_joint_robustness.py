@@ -1,4 +1,4 @@
-"""Whatever comes: frames a joint node must not take, and values nobody should send."""
+"""Robustness: frames a joint node must refuse, and values that must not be sent."""
 
 from typing import Any
 

@@ -16,7 +16,7 @@ from rfms_can.link.address import (
     SOCKETS,
     TcpAddress,
     endpoints_of,
-    place_of,
+    rendezvous_of,
     socket_paths,
     tcp_address,
 )
@@ -83,7 +83,7 @@ def test_a_name_that_is_none_is_refused(name: str) -> None:
         ("ipc:///tmp/x", "a server's name, or tcp://"),
         ("tcp://127.0.0.1:0", r"port 0 is not in 1\.\.65533"),
         (f"tcp://127.0.0.1:{LAST_PORT + 1}", "three in a row"),
-        ("tcp://127.0.0.300:5000", "no numerical one"),
+        ("tcp://127.0.0.300:5000", "is not numerical"),
         ("tcp://192.168.1.7:5000", "give the keys"),
         ("tcp://[2001:db8::1]:5000", "give the keys"),
     ],
@@ -116,7 +116,7 @@ def test_a_long_runtime_directory_is_refused(
 
 
 def test_directory_and_sockets_are_their_owners(server: ServerSocket) -> None:
-    directory = place_of("bench").directory
+    directory = rendezvous_of("bench").directory
     assert stat.S_IMODE(directory.stat().st_mode) == 0o700
     for path in socket_paths("bench"):
         assert stat.S_ISSOCK(path.stat().st_mode)
@@ -124,13 +124,13 @@ def test_directory_and_sockets_are_their_owners(server: ServerSocket) -> None:
 
 
 def test_a_directory_open_to_others_is_refused() -> None:
-    place_of("bench").directory.mkdir(mode=0o755)
+    rendezvous_of("bench").directory.mkdir(mode=0o755)
     with pytest.raises(LinkError, match="open to others"):
         ServerSocket("bench")
 
 
 def test_a_client_does_not_trust_a_directory_open_to_others(server: ServerSocket) -> None:
-    place_of("bench").directory.chmod(0o777)
+    rendezvous_of("bench").directory.chmod(0o777)
     with pytest.raises(LinkError, match="open to others"):
         ClientSocket("bench")
 
@@ -147,7 +147,7 @@ def test_a_name_is_served_once(server: ServerSocket) -> None:
 def test_what_is_not_loopback_is_not_bound_without_keys(host: str) -> None:
     with pytest.raises(LinkError, match="not loopback: others would move the arm"):
         ServerSocket("bench", TcpAddress(host, 5000))
-    assert not place_of("bench").alive
+    assert not rendezvous_of("bench").alive
 
 
 def test_nothing_listens_on_tcp_unless_asked(server: ServerSocket) -> None:
@@ -330,7 +330,7 @@ def test_keys_are_kept_from_others(tmp_path: Path) -> None:
 
 
 def test_keys_that_are_none_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(LinkError, match="is no key"):
+    with pytest.raises(LinkError, match="is not a key"):
         ServerKeys.load(tmp_path)
     new_server_keys(tmp_path)
     with pytest.raises(LinkError, match="holds no client's key"):
@@ -344,7 +344,7 @@ def test_keys_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(LinkError, match="is there already"):
         new_client_keys(tmp_path, "cell")
     (tmp_path / "clients" / "bad.key").write_text("rubbish")
-    with pytest.raises(LinkError, match=r"bad\.key is no key"):
+    with pytest.raises(LinkError, match=r"bad\.key is not a key"):
         ServerKeys.load(tmp_path)
 
 

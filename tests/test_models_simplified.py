@@ -21,8 +21,8 @@ from rfms_can.dynamics.terms import (
     CONSTANTS,
     from_convention_a,
     gravity_row,
+    in_other_convention,
     inertia_row,
-    turned,
     value,
 )
 from rfms_can.errors import ArmError
@@ -57,7 +57,9 @@ def test_golden_constants(arm: Arm, key: str, actuators: str) -> None:
         assert ours[name] == pytest.approx(theirs[name], rel=2e-3, abs=2.5e-3), name
     in_a = golden(key.replace("_B", "_A"), actuators)
     for name in CONSTANTS:
-        assert turned(ours)[name] == pytest.approx(in_a[name], rel=2e-3, abs=3e-3), name
+        assert in_other_convention(ours)[name] == pytest.approx(in_a[name], rel=2e-3, abs=3e-3), (
+            name
+        )
 
 
 def convention_a_pose(arm: Arm, q: list[float]) -> np.ndarray[Any, Any]:
@@ -96,7 +98,7 @@ def test_the_same_equations_hold_in_either_convention(arm: Arm) -> None:
         q_b = from_convention_a(q_a)
         for joint in range(1, 7):
             for row in (gravity_row, inertia_row):
-                in_a = value(row(joint, q_a), turned(constants))
+                in_a = value(row(joint, q_a), in_other_convention(constants))
                 assert in_a == pytest.approx(value(row(joint, q_b), constants), abs=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""Rotations over 0.8 pi: moved in two parts, and nobody can tell."""
+"""Rotations over 0.8 pi: moved in two parts, without a visible difference."""
 
 import math
 

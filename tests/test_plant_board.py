@@ -120,7 +120,7 @@ def test_every_index_pulse_between_two_samples_is_seen_and_the_last_one_latched(
             assert latched is not None
             away = (new - pulse) * drive.counts_per_revolution
             assert counts - latched == pytest.approx(away, abs=0.5001)
-    assert not board.sample()[3]  # the flag starts anew with every sample
+    assert not board.sample()[3]  # every sample clears the flag
 
 
 @arms

@@ -12,7 +12,7 @@ import pytest
 from pytest import approx
 from support.scene_bench import Floats, SceneBench
 
-from rfms_can.plant.model_builder import SKIN, TOUCHING
+from rfms_can.plant.model_builder import CONTACT_DISTANCE, SKIN
 from rfms_can.plant.scene.corner import CORNER
 from rfms_can.plant.scene.curved import CROWN
 from rfms_can.plant.scene.peg_in_hole import HOLE, PegInHole
@@ -73,7 +73,7 @@ def touches(bench: SceneBench) -> list[Touch]:
 @pytest.fixture(scope="module")
 def hole() -> SceneBench:
     bench = SceneBench("peg")
-    bench.model.see_everything()
+    bench.model.disable_broad_phase()
     return bench
 
 
@@ -96,7 +96,7 @@ def sweep(bench: SceneBench, heights: tuple[float, float], reach: float) -> Iter
             at = data.geom_xpos[deepest.peg].copy()
             for depth in (1e-5, 1e-6, 2e-8, 5e-9, 1e-9, 3e-10, 1e-11):
                 data.geom_xpos[deepest.peg] = at + deepest.normal * (
-                    TOUCHING - deepest.dist - depth
+                    CONTACT_DISTANCE - deepest.dist - depth
                 )
                 yield touches(bench)
 

@@ -1,4 +1,4 @@
-"""Plants that differ from the data sheet: names, Table 4.1, wiring."""
+"""Plants that differ from the data sheet: names, Table 4.1, errors of the boards."""
 
 import random
 from dataclasses import replace
@@ -12,9 +12,9 @@ from rfms_can.arm.puma import OUNCE_INCH
 from rfms_can.arm.torque_law import TABLE_4_1, TorqueLaw, table_4_1
 from rfms_can.errors import PlantError, RfmsError
 from rfms_can.plant.board import Board
+from rfms_can.plant.imperfect_board import BoardErrors, ImperfectBoard
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.variant import make_variant
-from rfms_can.plant.wired_board import WiredBoard, Wiring
 from rfms_can.rig.settings import RunSettings
 
 codes = st.floats(-2048.0, 2047.0)
@@ -77,7 +77,7 @@ def test_the_same_seed_makes_the_same_arm_and_another_one_another() -> None:
     one, same, other = (make_variant(f"perturbed:{seed}", PUMA_560, "corke") for seed in (1, 1, 2))
     assert [link.mass for link in one.arm.links] == [link.mass for link in same.arm.links]
     assert [link.mass for link in one.arm.links] != [link.mass for link in other.arm.links]
-    assert one.wiring == same.wiring
+    assert one.board_errors == same.board_errors
 
 
 @given(st.integers(0, 10_000))
@@ -90,14 +90,14 @@ def test_perturbed_arms_stay_in_their_bounds(seed: int) -> None:
     for friction, before in zip(variant.friction, nominal.friction, strict=True):
         for field in ("coulomb_positive", "coulomb_negative", "viscous"):
             assert 0.5 <= getattr(friction, field) / getattr(before, field) <= 1.5
-    signs = [wiring.encoder_sign for wiring in variant.wiring]
-    offsets = [wiring.current_offset for wiring in variant.wiring]
+    signs = [board_errors.encoder_sign for board_errors in variant.board_errors]
+    offsets = [board_errors.current_offset for board_errors in variant.board_errors]
     assert sorted(signs) == [-1, 1, 1, 1, 1, 1]
     assert sum(map(bool, offsets)) == 1
     assert not offsets[signs.index(-1)]
     rewired = make_variant(f"rewired:{seed}", PUMA_560, "corke")
-    assert all(wiring.encoder_sign == 1 for wiring in rewired.wiring)
-    assert [w.current_offset for w in rewired.wiring] == offsets
+    assert all(board_errors.encoder_sign == 1 for board_errors in rewired.board_errors)
+    assert [w.current_offset for w in rewired.board_errors] == offsets
 
 
 def test_a_load_in_the_hand_weighs_what_it_weighs() -> None:
@@ -114,7 +114,7 @@ def test_a_load_in_the_hand_weighs_what_it_weighs() -> None:
 
 def test_a_board_with_its_channels_exchanged_counts_backwards() -> None:
     right = Board(PUMA_560, 2, 0.3)
-    wrong = WiredBoard(PUMA_560, 2, 0.3, Wiring(encoder_sign=-1), random.Random(0))
+    wrong = ImperfectBoard(PUMA_560, 2, 0.3, BoardErrors(encoder_sign=-1), random.Random(0))
     for q in (0.31, 0.5, 0.45, 0.7):
         right.observe(q, 0.1)
         wrong.observe(q, 0.1)
@@ -126,16 +126,16 @@ def test_a_board_with_its_channels_exchanged_counts_backwards() -> None:
 
 
 def test_an_amplifier_with_a_current_of_its_own_says_so_in_the_adc() -> None:
-    wiring = Wiring(current_offset=40, adc_slope=0.5, adc_offset=3.0)
-    board = WiredBoard(PUMA_560, 1, 0.0, wiring, random.Random(0))
+    board_errors = BoardErrors(current_offset=40, adc_slope=0.5, adc_offset=3.0)
+    board = ImperfectBoard(PUMA_560, 1, 0.0, board_errors, random.Random(0))
     torque = board.set_dacs(100)
     assert torque == pytest.approx(140 * PUMA_560.board_scale(1).torque_per_dac_code)
     assert board.sample()[1] == 73
 
 
 def test_the_noise_of_the_converters_has_the_size_asked_for() -> None:
-    wiring = replace(Wiring(), current_noise=2.0, velocity_noise=1.5)
-    board = WiredBoard(PUMA_560, 0, 0.0, wiring, random.Random(1))
+    board_errors = replace(BoardErrors(), current_noise=2.0, velocity_noise=1.5)
+    board = ImperfectBoard(PUMA_560, 0, 0.0, board_errors, random.Random(1))
     samples = [board.sample() for _ in range(2000)]
     for column, deviation in ((1, 2.0), (2, 1.5)):
         values = [float(sample[column]) for sample in samples]

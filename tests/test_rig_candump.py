@@ -79,7 +79,7 @@ def test_lines_of_candump_itself_are_read(tmp_path: Path) -> None:
 def test_what_is_no_candump_line_is_named(tmp_path: Path, line: str) -> None:
     path = tmp_path / "bad.log"
     path.write_text(f"(1.0) can0 100#00\n{line}\n")
-    with pytest.raises(ValueError, match=r"bad.log, line 2: no candump line"):
+    with pytest.raises(ValueError, match=r"bad.log, line 2: not a candump line"):
         read_candump(path)
 
 

@@ -99,6 +99,6 @@ def test_every_scene_stands_clear_of_the_parked_arm(name: str) -> None:
 
 def test_every_key_at_its_bounds_makes_a_scene() -> None:
     for name, entry in SCENES.items():
-        for bound in ("lowest", "highest"):
+        for bound in ("minimum", "maximum"):
             pairs = ",".join(f"{key.name}={getattr(key, bound)}" for key in entry.keys)
             scene_from(f"{name}:{pairs}", "puma560")

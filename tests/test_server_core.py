@@ -139,7 +139,7 @@ def test_giving_the_arm_back_in_mid_motion_stops_it_too(bench: Bench, left: Coor
 def test_a_lapse_stops_an_arm_that_follows_a_moving_goal(
     bench: Bench, left: Coordinator, cycles: int
 ) -> None:
-    """Nobody observes the belt any more: its prediction must not carry the arm away."""
+    """Without further observations of the belt its prediction must not carry the arm away."""
     left.acquire()
     belt = TransformMessage(
         "belt", HOME, "reference", predict="velocity", twist=(0.0, 0.05, 0.0, 0.0, 0.0, 0.0)
@@ -301,7 +301,7 @@ def test_time_passes_only_while_the_holder_waits(
 ) -> None:
     assert not bench.server.time_may_pass, "no lease"
     right.ask(WaitRequest([CycleReached(10**9)]))
-    assert not bench.server.time_may_pass, "a reader's wait is none"
+    assert not bench.server.time_may_pass, "a reader's wait lets no time pass"
     left.acquire()
     assert not bench.server.time_may_pass
     cycle = bench.server.status().cycle + 3

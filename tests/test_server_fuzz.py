@@ -1,6 +1,6 @@
 """What peers may send: anything. The server stays up, refuses with a reason, and the arm moves on.
 
-The motion is compared, set-point by set-point, with that of a twin that nobody disturbs.
+The motion is compared, set-point by set-point, with that of an undisturbed twin.
 """
 
 import random
@@ -91,7 +91,7 @@ def wire() -> Wire:
 
 @pytest.fixture(scope="module")
 def victim(wire: Wire) -> Bench:
-    """A server whose lease somebody has; hypothesis' examples go on with it."""
+    """A server whose lease is taken; hypothesis' examples share it."""
     bench = Bench(wire)
     Coordinator(bench, "holder").acquire(10.0)
     return bench

@@ -134,8 +134,8 @@ def test_the_others_stop_when_one_joint_node_dies(rig: Rig, joint: int) -> None:
     assert rig.braked == [number == joint for number in JOINTS]
     assert rig.master.phase is Phase.HALT
     assert rig.master.fault is not None
-    living = [node for node in rig.joints if node.number != joint]
-    assert {node.state for node in living} == {NodeState.QUICKSTOP}
+    running_names = [node for node in rig.joints if node.number != joint]
+    assert {node.state for node in running_names} == {NodeState.QUICKSTOP}
 
 
 def test_torque_ends_everywhere_when_the_plant_falls_silent(rig: Rig) -> None:

@@ -132,7 +132,7 @@ def test_canplayer_plays_our_log(plain: Run, tmp_path: Path) -> None:
 
 
 def test_a_foreign_frame_is_discarded_and_counted(simulated: Path, tmp_path: Path) -> None:
-    """A wrong length, and a right one without protection: nobody's own frames change."""
+    """A wrong length, and a valid one without protection: the nodes' own frames do not change."""
     quiet = load_program(SHORT)
     foreign = ("201##1DEADBEEF", "283##1" + "00" * 8)
 

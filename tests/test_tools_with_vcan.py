@@ -31,7 +31,7 @@ def with_vcan(*arguments: str, **options: Any) -> subprocess.CompletedProcess[st
 
 @pytest.fixture(scope="module")
 def way() -> str:
-    """Which way commands go on this machine; the test cannot run if there is none."""
+    """How commands run on this machine; skips the test if they cannot."""
     checked = with_vcan("--check")
     if checked.returncode != 0:
         unavailable = f"no vcan0 on this machine: {checked.stderr.strip()}"
@@ -182,7 +182,7 @@ def test_machine_without_either_is_told_what_to_install(tmp_path: Path) -> None:
     ("arguments", "complaint"),
     [
         ([], "no command"),
-        (["--memory", "4", "true"], "'4' is no size"),
+        (["--memory", "4", "true"], "'4' is not a size"),
         (["--timeout", "0", "true"], "'0' is not between 0 and 1e6 seconds"),
         (["--timeout", "soon", "true"], "'soon' is not between"),
         (["--no-such-option", "true"], "--no-such-option"),

@@ -44,7 +44,7 @@ class Motion(NamedTuple):
         return next(k for k, sequence in enumerate(numbers) if sequence == number)
 
     def straight_before(self, begin: int) -> int:
-        """Cycles before ``begin`` that are no transition's."""
+        """Cycles before ``begin`` outside transitions."""
         first = begin
         while first > 0 and not self.rig.setpoints[first - 1].p:
             first -= 1

@@ -133,7 +133,7 @@ def test_integers_that_would_be_moved_wrongly_are_refused(signal: str, complaint
         ('x : 0|64@1- (1,0) [-1|1] ""', 2, "32 bits"),
         ('x : 4|32@1- (1,0) [-1|1] ""', 1, "begin a byte"),
         ('x : 0|32@1- (2,0) [-1|1] ""', 1, "scale 1"),
-        ('x : 0|32@1- (1,0) [-0.1|0.1] ""', 1, "no float32 numbers"),
+        ('x : 0|32@1- (1,0) [-0.1|0.1] ""', 1, "not float32 numbers"),
     ],
 )
 def test_floats_that_would_be_moved_wrongly_are_refused(

@@ -126,7 +126,7 @@ def test_the_first_frame_counts_from_anywhere_also_after_a_reset(wire: Wire) -> 
     assert receiver.take(frames[77]) is not None
     assert receiver.take(frames[70]) is None
     receiver.reset()
-    assert receiver.take(frames[0]) is not None  # the sender started anew
+    assert receiver.take(frames[0]) is not None  # the sender restarted
     assert receiver.take(frames[1]) is not None
     assert receiver.lost == 0
 

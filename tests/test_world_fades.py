@@ -194,7 +194,7 @@ def test_a_pose_of_six_digits_makes_no_jump() -> None:
 
 @pytest.mark.parametrize("later", range(1, 25))
 def test_a_fade_that_has_to_wait_goes_on_from_the_last_sample_too(later: int) -> None:
-    """Where the acceleration is at its peak there is none left; observed again before or after."""
+    """At the peak of the acceleration no margin remains; observed again before or after."""
     follower = Follower()
     follower.see(Transform.translation(0.01, 0.0, 0.0))
     follower.run(14 * PERIOD_S)

@@ -23,11 +23,11 @@ from rich.console import Console
 from rfms_can.arm import ARMS, arm_by_name
 
 WIDTH = 132
-"""Columns a table needs, where nobody says how many there are."""
+"""Default width of a table, columns."""
 
 
 def arguments() -> argparse.Namespace:
-    """What was asked for."""
+    """Command-line arguments."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--planner", action="append", choices=PLANNERS, help="repeatable; all")
     parser.add_argument("--task", action="append", choices=TASKS, help="repeatable; all three")

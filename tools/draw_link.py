@@ -104,7 +104,7 @@ def meanings(cls: type[Any]) -> dict[str, str]:
 
 
 def default(field: msgspec.structs.FieldInfo) -> str:
-    """A default as JSON; nothing where there is none, or it says nothing."""
+    """A default as JSON; empty without one."""
     if field.default is msgspec.NODEFAULT:
         return "required" if field.default_factory is msgspec.NODEFAULT else "[]"
     return msgspec.json.encode(field.default).decode()

@@ -79,7 +79,7 @@ def kind_of(message: Message) -> Kind:
     )
 
 
-def people(nodes: set[str], n: int | None) -> str:
+def node_list(nodes: set[str], n: int | None) -> str:
     """Nodes in words; the one the message is of as ``node n``."""
     own = NODES[n - 1] if n is not None else ""
     if len(nodes) >= len(NODES) - 1:
@@ -107,7 +107,7 @@ def frame_row(kind: Kind, messages: list[Message]) -> tuple[str, ...]:
     microseconds = f"{TIMING.worst_case_ns(kind.length) * 1e-3:.1f}"
     return (
         ids, f"[{name}](#{heading(messages).lower()})", str(kind.length), kind.every,
-        people(set(first.senders), n), people(first.receivers, n), microseconds, kind.comment,
+        node_list(set(first.senders), n), node_list(first.receivers, n), microseconds, kind.comment,
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What four runs say on the bus: a digest of each, and its joint errors and DAC codes to compare.
+"""The bus traffic of four runs: a digest of each, and its joint errors and DAC codes to compare.
 
-A change of the code that is none of the wire leaves the digests as they are: SHA-256 over the
+A change of the code that does not change the wire leaves the digests unchanged: SHA-256 over the
 identifiers and payloads of all frames from enable on, in the order of the bus, until the arm is
 disabled. Where the wire itself changes, ``--save`` keeps ERROR and DAC as decoded values before
 it, and ``--against`` compares them cycle by cycle after it.

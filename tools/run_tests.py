@@ -2,7 +2,7 @@
 
 ``--check`` stops after lint, formatting, types and import direction. Results of the tests go to
 build/test-results/*.xml (JUnit). Exit code 0 only if nothing failed; what this machine cannot run
-(vcan0) is no failure unless the environment says RFMS_REQUIRE_VCAN=1.
+(vcan0) does not count as a failure unless the environment has RFMS_REQUIRE_VCAN=1.
 """
 
 import argparse

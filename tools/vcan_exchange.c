@@ -126,7 +126,7 @@ static unsigned receive(struct node *node)
 
     errno = 0;
     if (read(node->socket, &frame, sizeof frame) != (ssize_t)sizeof frame)
-        fail(node, errno == EAGAIN ? "nobody sent what is missing" : "no CAN FD frame");
+        fail(node, errno == EAGAIN ? "a frame is missing" : "not a CAN FD frame");
     const unsigned id = frame.can_id & CAN_SFF_MASK, bit = 1u << (id & 0xf);
     memcpy(&cycle, frame.data, sizeof cycle);
     if (id == SYNC) {
@@ -143,7 +143,7 @@ static unsigned receive(struct node *node)
     case ERROR: node->errors |= bit; break;
     case DAC: node->dac |= bit; break;
     case ROWS: node->rows |= bit; break;
-    default: fail(node, "a frame nobody sends");
+    default: fail(node, "an unexpected frame");
     }
     return id;
 }
@@ -189,7 +189,7 @@ static void run_master(struct node *node, uint32_t cycles)
         while (node->errors != ALL_JOINTS || node->dac != ALL_AXES ||
                node->measure != ALL_AXES || node->rows != ALL_JOINTS) {
             if (receive(node) == EMERGENCY_STOP)
-                fail(node, "somebody else's emergency stop");
+                fail(node, "an emergency stop of another sender");
             if (sent || (node->measure & ALL_JOINTS) != ALL_JOINTS)
                 continue;
             for (unsigned n = 1; n <= JOINTS; n++)

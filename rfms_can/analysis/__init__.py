@@ -1,1 +1,1 @@
-"""What is made from runs and models: tables, plots, comparisons."""
+"""Analysis of runs and models: tables, plots, comparisons."""

@@ -53,7 +53,7 @@ class Motion(NamedTuple):
         """Longest t_acc of its moves, s."""
         return max(move.acceleration_time for move in self.moves)
 
-    def goes_the_way_of(self, other: "Motion") -> bool:
+    def has_path_of(self, other: "Motion") -> bool:
         """Whether both start and end at the same places, with the same number of moves."""
         return len(self.moves) == len(other.moves) and bool(
             np.allclose(self.places, other.places, rtol=0.0, atol=SAME_PLACE)
@@ -102,7 +102,7 @@ def thesis_motions(recording: Recording) -> ThesisMotions:
     found = motions(recording)
     by_joint = [motion for motion in found if motion.mode is Mode.JOINT]
     for first in by_joint:
-        same = [motion for motion in found if motion.goes_the_way_of(first)]
+        same = [motion for motion in found if motion.has_path_of(first)]
         longer = [
             motion
             for motion in same

@@ -162,7 +162,7 @@ def load_recording(directory: Path, wire: Wire | None = None) -> Recording:
     """Read a recorded run.
 
     Raises:
-        RecordingError: no such directory, a file is missing or broken, or the log is none of ours.
+        RecordingError: no such directory, a missing or broken file, or a log of another bus.
         ArmError: an arm this version does not know.
     """
     _check_files(directory)
@@ -186,7 +186,7 @@ def load_recording(directory: Path, wire: Wire | None = None) -> Recording:
 def _check_files(directory: Path) -> None:
     if not directory.is_dir():
         raise RecordingError(
-            f"{directory} is no directory: give the one that rfms run --record wrote"
+            f"{directory} is not a directory: give the one written by rfms run --record"
         )
     missing = [
         name for name in (LOG, SETTINGS, SUMMARY, COMMANDED) if not (directory / name).is_file()

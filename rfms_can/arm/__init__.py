@@ -1,7 +1,7 @@
-"""The arms this package knows, by name, and what they are made of.
+"""The available arms by name, and their data types.
 
-The numbers and where they come from: ``puma.py``. What they mean: ``mechanism.py``, ``parts.py``
-and ``board_scale.py``.
+Numbers with their sources: ``puma.py``. Their meaning: ``mechanism.py``, ``parts.py`` and
+``board_scale.py``.
 """
 
 from collections.abc import Mapping
@@ -41,7 +41,7 @@ def arm_by_name(name: str) -> Arm:
     """The arm called ``name``.
 
     Raises:
-        ArmError: there is no such arm; the message lists those that exist.
+        ArmError: the arm does not exist; the message lists those that do.
     """
     arm = ARMS.get(name)
     if arm is None:
@@ -53,7 +53,7 @@ def friction_set(arm: Arm, name: str) -> tuple[JointFriction, ...]:
     """The friction of the arm's six joints in the set called ``name``.
 
     Raises:
-        ArmError: there is no such set; the message lists those that exist.
+        ArmError: the set does not exist; the message lists those that do.
     """
     joints = arm.friction_sets.get(name)
     if joints is None:

@@ -1,4 +1,4 @@
-"""What the codes of a joint's iSBX board mean: converters and their scales."""
+"""Scales of the converters of a joint's iSBX board."""
 
 from dataclasses import dataclass
 from math import copysign
@@ -13,22 +13,22 @@ FORCE_DAC_FINENESS: Final = 4
 """P: full scale of the motor-current DAC over that of the force-set-point DAC, in joint torque.
 
 The thesis says of the board's second DAC only that it "allows one to specify a force set point to
-the joint" (section VI.4.4). Here the amplifier adds what the two ask for. A torque for contact is
-small beside what moves the arm, so the second has the same 12 bits over a quarter of it: codes of
-0.003 to 0.023 Nm on the joints of the PUMA 560, where those of the first are 0.010 to 0.091 Nm.
+the joint" (section VI.4.4). Here the amplifier adds the two. A contact torque is small compared
+with the torque that moves the arm, so the second has the same 12 bits over a quarter of it: its
+codes are 0.003 to 0.023 Nm on the joints of the PUMA 560, those of the first 0.010 to 0.091 Nm.
 """
 
 COARSE_CODES: Final = 4096
 """Codes of the 12-bit coarse position (potentiometer): 0 to 4095."""
 
 TACHOMETER_MARGIN: Final = 1.5  # full scale of the velocity ADC over the joint's speed limit
-COARSE_MARGIN: Final = 0.05  # coarse range beyond each joint limit, as a part of the joint's range
+COARSE_MARGIN: Final = 0.05  # coarse range beyond each joint limit over the joint's range
 COARSE_LINEARITY: Final = 0.1  # amplitude of the potentiometer's error, in index intervals
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoardScale:
-    """What one code of a joint's iSBX board means: shared by the board and whoever talks to it.
+    """Scale of one code of a joint's iSBX board, shared by the board and its users.
 
     Attributes:
         ampere_per_dac_code: motor current per code of the motor-current DAC.

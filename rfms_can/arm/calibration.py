@@ -1,4 +1,4 @@
-"""What an experiment has found out about one arm: a file ``rfms identify`` writes, a master reads.
+"""Identified parameters of one arm: a file written by ``rfms identify`` and read by a master.
 
 TOML: ``[[joint]]`` six times, ``[constants]`` of the simplified dynamics with ``[deviations]``, and
 ``[links]`` with parameters of the full ones. Only sums of the latter can be measured (base
@@ -26,7 +26,7 @@ class JointCalibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     Attributes:
         slope_positive, offset_positive, slope_negative, offset_negative, viscous: the law.
-        static_positive, static_negative: torque at which it breaks away, Nm.
+        static_positive, static_negative: breakaway torque, Nm.
         adc_slope, adc_offset: A_c and B_c of I_adc = A_c I_dac + B_c, codes.
         deviations: standard deviation of each of these, by name.
     """
@@ -72,7 +72,7 @@ class _Links(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Calibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everything an experiment found.
+    """Result of an identification.
 
     Attributes:
         arm: name of the arm it was made on.
@@ -80,7 +80,7 @@ class Calibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         constants: of the simplified dynamics by name (``dynamics/terms.py``), Nm and kg m2.
         deviations: standard deviation of each of them.
         links: of the full dynamics: parameters as ``ArmDynamics.parameters``, armature kg m2.
-        notes: what was noticed on the way, e.g. an amplifier with a current of its own.
+        notes: remarks, e.g. an amplifier with a current offset.
     """
 
     arm: str
@@ -101,7 +101,7 @@ class Calibration(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.links.armature
 
     def check(self, arm: Arm) -> None:
-        """Refuse to be used on another arm.
+        """Refuse the calibration of another arm.
 
         Raises:
             ArmError: naming both.
@@ -114,7 +114,7 @@ def load_calibration(path: Path) -> Calibration:
     """Read a calibration file.
 
     Raises:
-        ArmError: it cannot be read, or something in it is missing or impossible.
+        ArmError: it cannot be read, or a value is missing or invalid.
     """
     try:
         return msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), type=Calibration)
@@ -122,7 +122,7 @@ def load_calibration(path: Path) -> Calibration:
         raise ArmError(f"calibration {path}: {error}") from error
     except msgspec.ValidationError as error:
         raise ArmError(
-            f"calibration {path}: {error}; write it anew with rfms identify --out {path}"
+            f"calibration {path}: {error}; write a new one with rfms identify --out {path}"
         ) from error
 
 
@@ -158,7 +158,7 @@ def _pairs(table: dict[str, object]) -> list[str]:
 
 
 def _value(value: object) -> str:
-    """A number, a text, or a list or table of them, as TOML has it."""
+    """A number, a text, or a list or table of them, in TOML."""
     if isinstance(value, dict):
         return "{ " + ", ".join(_pairs(value)) + " }"
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""A load in the hand: a mass rigidly at the flange, as it was weighed and measured."""
+"""A load in the hand: a known mass fixed rigidly to the flange."""
 
 from dataclasses import dataclass, replace
 from typing import Final
@@ -9,7 +9,7 @@ from rfms_can.arm.parts import Link, Vector3
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What the hand holds.
+    """A load in the hand.
 
     Attributes:
         mass: kg.
@@ -26,11 +26,11 @@ NOTHING: Final = Load(0.0, (0.0, 0.0, 0.0))
 
 
 def known_load(arm: Arm) -> Load:
-    """P: the load ``rfms identify`` has hung to an arm: a steel disc on a bracket at the flange.
+    """P: the known load of ``rfms identify``: a steel disc on a bracket at the flange.
 
-    2.5 kg on the PUMA 560, what its maker rates it for; scaled with the arm as all else of the 260
-    is (``puma.py``). It hangs 0.10 m off the axis of joint 6 and 0.15 m beyond the wrist centre, so
-    that its weight turns joints 2 to 6, by a tenth or more of their drives' torque.
+    2.5 kg on the PUMA 560, its rated payload; scaled like the other parameters of the 260
+    (``puma.py``). It is 0.10 m off the axis of joint 6 and 0.15 m beyond the wrist centre, so that
+    its weight loads joints 2 to 6 by a tenth or more of their drives' torque.
     """
     scale = arm.d4 / 0.4318
     mass = 2.5 * scale**2
@@ -41,7 +41,7 @@ def known_load(arm: Arm) -> Load:
 
 
 def load_alone(arm: Arm, load: Load) -> Arm:
-    """The arm with massless links and drives, a load in its hand: what the load alone does."""
+    """The arm with massless links and drives and a load: the dynamics of the load alone."""
     nothing = Link(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     drives = tuple(replace(drive, rotor_inertia=0.0) for drive in arm.drives)
     last = Link(load.mass, load.com, load.inertia)

@@ -46,14 +46,14 @@ class Arm:
 
     Attributes:
         name: e.g. ``"puma260"``.
-        arm_id: what travels on the wire: 260 or 560.
+        arm_id: its number on the wire: 260 or 560.
         a2, a3, d2, d3, d4, flange: Denavit-Hartenberg lengths, m; ``flange`` is d6, beyond T6.
         joint_limits: (lower, upper) per joint, rad: the plant's hard stops.
         speed_limits, acceleration_limits: rad/s and rad/s2, for trajectories.
         links, drives: one per joint.
         friction_sets: by name, one :class:`JointFriction` per joint.
         park: a pose inside the limits and away from every singularity, rad.
-        gripper: what is bolted to the flange.
+        gripper: at the flange.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Arm:
 
     @property
     def shoulder_offset(self) -> float:
-        """d2 + d3, m: all that the kinematics see of the two."""
+        """d2 + d3, m: the kinematics depend only on the sum."""
         return self.d2 + self.d3
 
     @property

@@ -1,4 +1,4 @@
-"""What an arm is made of: links, drives and their friction.
+"""Components of an arm: links, drives and their friction.
 
 SI units and radians; everything is joint-side unless it says *motor*.
 """
@@ -11,7 +11,7 @@ Vector3 = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correction:
-    """Why and how a published link differs from one a rigid-body engine accepts."""
+    """Correction of published link parameters that are not those of a rigid body."""
 
     mass: float  # kg
     inertia: Vector3  # kg m2, xx yy zz about the centre of mass
@@ -93,7 +93,7 @@ class Drive:
 class JointFriction:
     """Joint-side friction that depends on the direction of motion.
 
-    A turning joint feels ``-(coulomb_positive + viscous qd)`` for qd > 0 and
+    The friction torque of a moving joint is ``-(coulomb_positive + viscous qd)`` for qd > 0 and
     ``+coulomb_negative - viscous qd`` for qd < 0; a resting joint stays at rest while the load is
     between ``-coulomb_negative`` and ``coulomb_positive``. Coulomb in Nm, viscous in Nms/rad; all
     are magnitudes, never negative. Both Coulomb torques grow by ``load`` times the motor's torque.

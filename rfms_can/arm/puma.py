@@ -1,6 +1,6 @@
 """The numbers of the PUMA 560 and the PUMA 260: geometry, limits, links and drive trains.
 
-Every number says where it comes from and how sure it is:
+Every number has its source and its reliability:
 
 * **S** read in the named source; **D** derived here; **R** recalled from the literature, not
   re-verified; **P** our proposal.
@@ -89,7 +89,7 @@ _THESIS_OFFSETS_560: Final = (
 
 
 def _friction_sets_560() -> Mapping[str, tuple[JointFriction, ...]]:
-    """Friction sets of the 560; the thesis gives no viscous friction, Corke's stands in (D)."""
+    """Friction sets of the 560; the thesis gives no viscous friction, Corke's is used (D)."""
     corke = tuple(
         JointFriction(
             positive * abs(drive.gear_ratio),
@@ -169,7 +169,7 @@ def _with_com(link: Link, *, x: float | None = None, z: float | None = None) -> 
 
 
 def _links_260() -> tuple[Link, ...]:
-    """The 560's links scaled, with the two places where the 260 is built differently."""
+    """The 560's links scaled, with the two structural differences of the 260."""
     one, two, three, *wrist = (_scaled_link(link) for link in _LINKS_560)
     return (
         one,

@@ -2,8 +2,8 @@
 
 A moving joint gives ``tau = A_p I + B_p`` when it turns to positive angles and ``A_n I + B_n`` when
 it turns to negative ones; I in DAC codes, counted positive where it drives to positive angles. The
-offsets are Coulomb friction and whatever current the amplifier adds by itself; where the slopes
-differ, friction grows with the motor's torque.
+offsets are Coulomb friction and the amplifier's current offset; where the slopes differ, friction
+grows with the motor's torque.
 """
 
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ class TorqueLaw:
     viscous: float
 
     def torque(self, current: float, speed: float) -> float:
-        """What a joint moving at ``speed`` (rad/s) gives at ``current`` (codes), Nm."""
+        """Torque of a joint moving at ``speed`` (rad/s) at ``current`` (codes), Nm."""
         if speed > 0.0:
             dry = self.slope_positive * current + self.offset_positive
         else:
@@ -47,7 +47,7 @@ class TorqueLaw:
 
     @property
     def friction(self) -> JointFriction:
-        """The friction that makes this law of a motor with :attr:`slope`."""
+        """The friction of this law, for a motor with :attr:`slope`."""
         load = (self.slope_negative - self.slope_positive) / (2.0 * self.slope)
         return JointFriction(-self.offset_positive, self.offset_negative, self.viscous, load)
 
@@ -55,7 +55,7 @@ class TorqueLaw:
     def of(cls, slope: float, friction: JointFriction, current_offset: float = 0.0) -> "TorqueLaw":
         """The law of a motor of ``slope`` (Nm per code) against a friction.
 
-        ``current_offset`` is what the amplifier adds to the DAC's code, in codes.
+        ``current_offset`` is added by the amplifier to the DAC's code, in codes.
         """
         positive, negative = slope * (1.0 - friction.load), slope * (1.0 + friction.load)
         return cls(
@@ -79,7 +79,7 @@ TABLE_4_1: Final = (
 
 
 def table_4_1(arm: Arm) -> tuple[TorqueLaw, ...]:
-    """The laws of Table 4.1 in SI; for another arm than the 560 scaled as its torque limits are.
+    """The laws of Table 4.1 in SI; for other arms than the 560 scaled by the torque limits.
 
     Viscous friction is that of the friction set ``thesis``.
     """
@@ -93,7 +93,7 @@ def table_4_1(arm: Arm) -> tuple[TorqueLaw, ...]:
 
 
 def driven_by(arm: Arm, laws: tuple[TorqueLaw, ...]) -> Arm:
-    """The arm with drives whose full current makes the torque of the laws' slopes."""
+    """The arm with drives whose full current gives the torque of the laws' slopes."""
     drives = tuple(
         replace(drive, torque_limit=law.slope * CONVERTER_CODES)
         for drive, law in zip(arm.drives, laws, strict=True)

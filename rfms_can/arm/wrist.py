@@ -1,4 +1,4 @@
-"""What a force/torque sensor between hand and tool reads at most (P: JR3 and Lord, 1986)."""
+"""Range of the force/torque sensor between hand and tool (P: JR3 and Lord, 1986)."""
 
 from typing import Final
 

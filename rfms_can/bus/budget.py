@@ -39,14 +39,14 @@ CLASSIC_BYTES: Final = 8
 
 
 class Rows(StrEnum):
-    """How the six rows of a set travel."""
+    """How the six rows of a set are sent."""
 
     ALL = "all"
     STAGGERED = "staggered"
 
 
 class Cycle(StrEnum):
-    """What a cycle in operation holds."""
+    """Which frames a cycle in operation holds."""
 
     USUAL = "usual"
     FULL = "full"
@@ -71,10 +71,10 @@ class Budget:
     """One bus at one rate.
 
     Attributes:
-        traffic: what is on it.
+        traffic: on the bus.
         timing: its bit rates.
         responses: per frame, most urgent first.
-        load: share of the bus taken, 0 to 1 and beyond.
+        load: fraction of the bus time, 1 and more for an overloaded bus.
         cycle_ns: bus time of all frames that one cycle can hold, and the longest blocking.
         max_rate_hz: control rate at ``TARGET_LOAD``.
     """
@@ -107,7 +107,7 @@ def budget(
     ``occasional`` names frames of :data:`OCCASIONAL` that a usual cycle holds nevertheless.
 
     Raises:
-        BusError: a rate that is not positive.
+        BusError: the rate is not positive.
         DbcError: the DBC cannot be read.
     """
     streams = contract_streams(
@@ -168,9 +168,9 @@ def contract_streams(
 
 
 def split_for_classic(stream: Stream) -> list[Stream]:
-    """The stream as classic frames of 8 bytes and a rest, handed over one behind the other.
+    """The stream as classic frames of up to 8 bytes, handed over one after the other.
 
-    The parts share an identifier on a real bus; here each has its own priority within it.
+    The segments share an identifier on a real bus; here each has its own priority within it.
     """
     lengths = [CLASSIC_BYTES] * (stream.length // CLASSIC_BYTES)
     if stream.length % CLASSIC_BYTES:
@@ -178,11 +178,11 @@ def split_for_classic(stream: Stream) -> list[Stream]:
     return [
         replace(
             stream,
-            name=stream.name if len(lengths) == 1 else f"{stream.name} {part}/{len(lengths)}",
+            name=stream.name if len(lengths) == 1 else f"{stream.name} {segment}/{len(lengths)}",
             length=length,
             fd=False,
         )
-        for part, length in enumerate(lengths, start=1)
+        for segment, length in enumerate(lengths, start=1)
     ]
 
 
@@ -196,7 +196,7 @@ def _every(message: Message, rows: Rows, occasional: Collection[str]) -> int:
 
 
 def _carries(message: Message, traffic: Traffic) -> bool:
-    """Whether a bus with this traffic sees the message. SYNC and events for all go on both."""
+    """Whether a bus with this traffic carries the message; SYNC and events for all are on both."""
     if message.name == SYNC:
         return True
     of_plant = PLANT in message.senders or message.name.startswith(DAC)
@@ -204,7 +204,7 @@ def _carries(message: Message, traffic: Traffic) -> bool:
 
 
 def _staggered_surplus_ns(responses: Sequence[Response], rows: Rows) -> int:
-    """Bus time of the rows that a staggered cycle does not hold: all but one."""
+    """Bus time of the rows that a staggered cycle omits: all but one."""
     if rows is Rows.ALL:
         return 0
     costs = [r.wire_ns for r in responses if r.stream.name.startswith(ROWS)]

@@ -1,5 +1,5 @@
-"""Linux' ``struct canfd_frame`` and ``struct can_frame`` (linux/can.h): what SocketCAN and the hub
-carry. Bytes 0-3 identifier with three flags, 4 length, 5 FD flags, 8 on payload; native order.
+"""Linux' ``struct canfd_frame`` and ``struct can_frame`` (linux/can.h), for SocketCAN and the hub.
+Bytes 0-3 identifier with three flags, 4 length, 5 FD flags, 8 on payload; native order.
 """
 
 import struct
@@ -15,7 +15,7 @@ EXTENDED_FLAG: Final = 0x80000000
 REMOTE_FLAG: Final = 0x40000000
 ERROR_FLAG: Final = 0x20000000
 BIT_RATE_SWITCH: Final = 0x01
-FD_FORMAT: Final = 0x04  # tells FD from classic where both travel in the longer struct
+FD_FORMAT: Final = 0x04  # distinguishes FD from classic where both use the longer struct
 
 CANFD_STRUCT: Final = struct.Struct("=IBB2x64s")
 CLASSIC_STRUCT: Final = struct.Struct("=IB3x8s")
@@ -26,25 +26,25 @@ _unpack_canfd_from = CANFD_STRUCT.unpack_from
 
 
 def pack_canfd(frame: Frame) -> bytes:
-    """The frame in 72 bytes, FD or classic told by its flags, as the hub carries it."""
+    """The frame in 72 bytes with its format in the flags, as on the hub."""
     return _pack_canfd(frame.id, len(frame.data), _FD_FLAGS if frame.fd else 0, frame.data)
 
 
 def pack_socketcan(frame: Frame) -> bytes:
-    """The frame as SocketCAN takes it: FD in 72 bytes, classic in 16."""
+    """The frame for SocketCAN: FD in 72 bytes, classic in 16."""
     if frame.fd:
         return _pack_canfd(frame.id, len(frame.data), _FD_FLAGS, frame.data)
     return CLASSIC_STRUCT.pack(frame.id, len(frame.data), frame.data)
 
 
 def unpack_canfd(packet: bytes, offset: int = 0) -> Frame | None:
-    """The hub's 72 bytes as a frame; None if it is no data frame with an 11-bit identifier."""
+    """The hub's 72 bytes as a frame; None unless it is a data frame with an 11-bit identifier."""
     can_id, length, flags, data = _unpack_canfd_from(packet, offset)
     return _as_frame(can_id, data[:length], bool(flags & FD_FORMAT))
 
 
 def unpack_socketcan(packet: bytes) -> Frame | None:
-    """What SocketCAN gave as a frame, FD or classic told by its size; None as above."""
+    """A packet of SocketCAN as a frame, its format given by its size; None as above."""
     if len(packet) == CANFD_BYTES:
         can_id, length, _, data = _unpack_canfd_from(packet)
         return _as_frame(can_id, data[:length], True)

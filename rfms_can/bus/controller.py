@@ -14,26 +14,26 @@ BUS_OFF: Final = 256
 
 Handler = Callable[[Frame, int], Sequence[Frame]]
 Route = tuple["Controller", int, Handler, Callable[[], int | None]]
-"""A receiver: controller, its place in the bus' deadlines, ``on_frame``, ``next_deadline_ns``."""
+"""A receiver: controller, index in the bus' deadlines, ``on_frame``, ``next_deadline_ns``."""
 
 
 class Controller:
-    """What ``SimulatedBus.attach`` returns: the node's port, with the state of its controller.
+    """A node's port on the simulated bus, with the state of its controller; see ``attach``.
 
     Fault confinement follows ISO 11898-1: a failed transmission adds 8 to the transmit error
     counter (TEC), a sent one takes 1 off; a receiver counts 1 up or down (REC). From 128 on in
-    either the controller is error-passive, from a TEC of 256 on it is bus-off: it sends and
-    hears nothing more, and nothing restarts it by itself.
+    either the controller is error-passive, from a TEC of 256 on it is bus-off: it neither sends nor
+    receives, and there is no automatic recovery.
 
     Attributes:
         name: the node's name.
         node: the node.
         tx_capacity: frames the transmit queue holds.
-        latency_ns: time the node takes from being called to handing over its frames.
+        latency_ns: time from a call of the node to the hand-over of its frames.
         pending: frames in the queue, the one on the wire included.
         tx_overflow: frames refused because the queue was full or the controller bus-off
             (a driver's ENOBUFS).
-        rx_lost: frames a disturbance kept from the node.
+        rx_lost: frames lost at the receiver by a disturbance.
         tec: transmit error counter.
         rec: receive error counter.
         bus_off: whether the controller has left the bus.
@@ -80,17 +80,17 @@ class Controller:
         return self, self.index, self.node.on_frame, self.node.next_deadline_ns
 
     def transmit_failed(self) -> None:
-        """Count an error in an own frame; the 32nd in a row ends in bus-off."""
+        """Count an error in a frame it sent; the 32nd in a row leads to bus-off."""
         self.tec += 8
         if self.tec >= BUS_OFF:
             self.bus_off = True
 
     def receive_failed(self) -> None:
-        """Count an error in somebody else's frame."""
+        """Count an error in a received frame."""
         self.rec += 1
 
     def received(self) -> None:
-        """Count somebody else's good frame."""
+        """Count a valid received frame."""
         if self.rec >= ERROR_PASSIVE:
             self.rec = ERROR_PASSIVE - 1
         elif self.rec:
@@ -100,10 +100,10 @@ class Controller:
 def receivers(
     sender: Controller, identifier: int, controllers: Sequence[Controller]
 ) -> tuple[Route, ...]:
-    """Who gets a sender's frames of one identifier; remembered in ``sender.routes``.
+    """Receivers of a sender's frames with one identifier; cached in ``sender.routes``.
 
-    A node that accepts an identifier it sends itself hears its own frame too, when it has gone
-    out: the transmit confirmation of a real controller.
+    A node that accepts an identifier it sends itself receives its own frame at the end of the
+    transmission, like the transmit confirmation of a real controller.
     """
     sender.routes[identifier] = routes = tuple(
         controller.route()

@@ -1,7 +1,7 @@
-"""What can be done to a transmission on the simulated bus, for fault tests.
+"""Disturbances of transmissions on the simulated bus, for fault tests.
 
-A *disturber* is asked once for every transmission, retransmissions included, at its start of
-frame. It answers with None (leave it alone) or with a ``Disturbance``.
+A *disturber* is called once for every transmission, retransmissions included, at its start of
+frame. It returns None (no disturbance) or a ``Disturbance``.
 """
 
 from collections.abc import Callable, Container
@@ -14,7 +14,7 @@ from rfms_can.wire.frame import Frame
 
 
 class _Everyone:
-    """A container that holds every name."""
+    """A container of every name."""
 
     def __contains__(self, name: object) -> bool:
         return True
@@ -25,18 +25,17 @@ EVERYONE: Final[Container[str]] = _Everyone()
 
 
 class Disturbance(msgspec.Struct, frozen=True):
-    """One transmission's misfortune; fields combine, except that ``error_at`` ends it all.
+    """Disturbance of one transmission; fields combine, but ``error_at`` ends the transmission.
 
     Attributes:
         error_at: fraction of the frame (0 to 1) after which an error flag destroys it. The bus
-            carries the error frame, every error counter moves, the sender retransmits.
+            carries the error frame, all error counters count it, the sender retransmits.
         lost_at: names of receivers that miss the frame, as in a receive overrun: the bus and
             the sender notice nothing.
-        data: payload the receivers get instead, as from a broken gateway: CAN's own checksum
-            is right.
-        delay_ns: the receivers get the frame so much after its end, behind frames that were
+        data: payload delivered instead, as by a faulty gateway: CAN's own checksum is valid.
+        delay_ns: the receivers get the frame by so much after its end, after frames that were
             sent later.
-        copies: how many further times the receivers get it, at the same instant.
+        copies: number of additional deliveries at the same instant.
 
     Raises:
         BusError: a fraction outside 0..1, a negative delay or number of copies.

@@ -1,6 +1,6 @@
-"""A process' port on the bus its URL names; python-can opens SocketCAN and foreign interfaces.
+"""Opens a process' port on the bus of a URL; python-can opens SocketCAN and other interfaces.
 
-Bus URLs are explained in ``url.py``, what then drives a node on its port in ``node_driver.py``.
+``url.py`` explains bus URLs; ``node_driver.py`` drives a node on its port.
 """
 
 import logging
@@ -19,7 +19,7 @@ from rfms_can.bus.url import HUB, SIM, SOCKETCAN, BusUrl, parse_bus_url
 from rfms_can.errors import BusError, FrameError
 from rfms_can.wire.frame import Frame
 
-# python-can logs what it then raises: a second line on the screen unless somebody wants the log
+# python-can logs the errors that it also raises: without a handler they would be printed twice
 logging.getLogger("can").addHandler(logging.NullHandler())
 
 _OPENING_FAILS: Final = (
@@ -32,7 +32,7 @@ _OPENING_FAILS: Final = (
     NameError,
     NotImplementedError,
 )
-"""What interfaces were seen to raise for a channel, option or driver that is not there."""
+"""Errors raised by interfaces for a missing channel, option or driver."""
 
 __all__ = ["NodeDriver", "PythonCanPort", "open_port", "run_node"]
 
@@ -45,17 +45,17 @@ def open_port(
     echo: bool = False,
     on_foreign: OnForeign | None = None,
 ) -> Port:
-    """A port on the bus a URL names.
+    """Open a port on the bus of a URL.
 
     Args:
         url: see ``url.py``; not ``sim``, which has no ports.
-        accepts: identifiers to hear; None for all.
-        client: what a hub calls this port in its statistics.
-        echo: whether to hear own frames of these identifiers too, once they have gone out.
-        on_foreign: called for each frame that is no data frame with an 11-bit identifier.
+        accepts: identifiers to receive; None for all.
+        client: name of this port in the statistics of a hub.
+        echo: whether to receive own frames of these identifiers too, once they are sent.
+        on_foreign: called for each frame other than a data frame with an 11-bit identifier.
 
     Raises:
-        BusError: the URL is none, or the bus is not there; the message says what to do.
+        BusError: the URL is invalid, or the bus does not exist; the message says what to do.
     """
     bus = parse_bus_url(url)
     if bus.interface == SIM:
@@ -73,7 +73,7 @@ def open_port(
 def _open_socketcan(
     bus: BusUrl, accepts: frozenset[int] | None, echo: bool, on_foreign: OnForeign | None
 ) -> SocketCanPort:
-    # this class by name: can.Bus would read configuration files that may redirect it
+    # not can.Bus, which reads configuration files that may select another interface
     from can.interfaces.socketcan import SocketcanBus  # noqa: PLC0415 (Linux only)
 
     device = bus.channel
@@ -83,13 +83,13 @@ def _open_socketcan(
             {"can_id": identifier, "can_mask": mask, "extended": False}
             for identifier, mask in cover(accepts)
         ]
-        if on_foreign is not None:  # somebody counts them
+        if on_foreign is not None:  # extended frames are to be counted
             filters.append({"can_id": 0, "can_mask": 0, "extended": True})
     try:
         opened = SocketcanBus(device, receive_own_messages=echo, fd=True, can_filters=filters)
     except OSError as error:
         raise BusError(
-            f"bus '{bus}' is not there ({error.strerror}): make it with 'ip link add {device} "
+            f"bus '{bus}' does not exist ({error.strerror}): make it with 'ip link add {device} "
             f"type vcan; ip link set {device} mtu 72 up', or use hub:NAME where the kernel has "
             f"no CAN"
         ) from error
@@ -117,10 +117,10 @@ class PythonCanPort:
 
     Args:
         bus: the opened bus; the port closes it.
-        url: what error messages call it.
-        accepts: identifiers to hear, None for all. They are picked here: with python-can's own
-            filters a frame that is not wanted would end a ``recv`` that does not wait.
-        on_foreign: called for each frame that is none for nodes.
+        url: for error messages.
+        accepts: identifiers to receive, None for all. They are filtered here: with python-can's own
+            filters a rejected frame would end a ``recv`` that does not wait.
+        on_foreign: see ``open_port``.
 
     Attributes:
         statistics: counts, see ``Port``.
@@ -140,7 +140,7 @@ class PythonCanPort:
         self.statistics: Counter[str] = Counter()
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Send frames; one the interface does not take is counted."""
+        """Send frames; a frame refused by the interface is counted."""
         for frame in frames:
             message = can.Message(
                 arbitration_id=frame.id,
@@ -193,7 +193,7 @@ class PythonCanPort:
 
 
 def _as_frame(message: can.Message) -> Frame | None:
-    """A python-can message as a frame; None if it is no data frame with an 11-bit identifier."""
+    """A python-can message as a frame; None unless a data frame with an 11-bit identifier."""
     if message.is_error_frame or message.is_extended_id or message.is_remote_frame:
         return None
     try:

@@ -1,13 +1,13 @@
-"""The shared wire of the simulated bus: arbitration, transmission, error frames.
+"""The shared medium of the simulated bus: arbitration, transmission, error frames.
 
-It knows controllers and frames, not nodes: ``SimulatedBus`` decides when the next transmission
-starts and what becomes of a frame that has ended.
+It handles controllers and frames, not nodes: ``SimulatedBus`` starts the next transmission and
+delivers a frame at its end.
 
-**One identifier from two controllers at once**: both win arbitration and send on. If the frames
-are the same bit for bit, neither notices and both have sent theirs: the constant payload of the
-emergency stop relies on it. If they differ, the first sender of a recessive bit that reads back
-dominant flags an error, both count it and try again, until the loser is error-passive: from then
-on it loses silently and the other frame gets through.
+***One identifier from two controllers at once**: both win arbitration and go on sending. If the
+frames are identical bit for bit, neither detects it and both transmissions succeed: the constant
+payload of the emergency stop relies on it. If they differ, the first sender of a recessive bit that
+reads back dominant signals an error; both count it and retransmit, until the loser is
+error-passive: from then on its error flags do not destroy the other frame.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,21 +28,21 @@ Entry = tuple[int, int, int, Controller, Frame]
 
 
 def _dominance(entry: Entry) -> tuple[bool, int, bytes]:
-    """The lesser sends the first dominant bit where two frames of one identifier differ."""
+    """Sort key: the smaller frame sends the dominant bit where two of one identifier differ."""
     frame = entry[4]
     return frame.fd, len(frame.data), frame.data
 
 
 class Medium:
-    """One wire and the transmit queues of all controllers on it.
+    """The medium and the transmit queues of all controllers on it.
 
     Attributes:
-        pending: heap of the frames that wait, most urgent first.
+        pending: heap of the waiting frames, highest priority first.
         sending: the frame on the wire; None between frames.
         twins: the same frame, sent by other controllers at the same time.
-        disturbance: what befalls the frame on the wire.
-        end_ns: when its last bit, or that of the error frame it ends in, is over.
-        idle_ns: when the intermission behind it is over.
+        disturbance: of the frame on the wire.
+        end_ns: end of its last bit, or of the error frame that ends it.
+        idle_ns: end of the intermission after it.
     """
 
     __slots__ = (
@@ -89,14 +89,14 @@ class Medium:
             else timing.exact_ns
         )
         self._on_bus_off = on_bus_off
-        self._failed: tuple[Entry, ...] = ()  # what an error flag destroys
-        self._losers: tuple[Controller, ...] = ()  # who sent one identifier and lost silently
+        self._failed: tuple[Entry, ...] = ()  # destroyed by an error flag
+        self._losers: tuple[Controller, ...] = ()  # error-passive, lost against their identifier
         self._serial = 0
-        self._errors_seen = False  # until then no error counter can be other than zero
+        self._errors_seen = False  # until then all error counters are zero
         self._suspended_until_ns = start_ns
 
     def queue(self, controller: Controller, frames: Sequence[Frame], now_ns: int) -> None:
-        """Put frames into a controller's transmit queue; what does not fit is counted."""
+        """Put frames into a controller's transmit queue; overflows are counted."""
         for frame in frames:
             if controller.pending >= controller.tx_capacity or controller.bus_off:
                 controller.tx_overflow += 1
@@ -129,7 +129,7 @@ class Medium:
                 self._destroy(self.disturbance.error_at)
 
     def finish(self, controllers: Sequence[Controller]) -> Entry | None:
-        """Take the frame off the wire: it was sent (returned), or destroyed (None)."""
+        """End the transmission: the frame if it was sent, None if it was destroyed."""
         entry = self.sending
         assert entry is not None
         self.sending = None
@@ -157,7 +157,7 @@ class Medium:
         self.idle_ns = self.end_ns + self._intermission_ns
 
     def _pop_not_suspended(self, now_ns: int) -> Entry | None:
-        """The most urgent frame of a controller that may send already, or put off idle."""
+        """The highest-priority frame of a controller that is not suspended; None if all are."""
         free = [entry for entry in self.pending if entry[3].suspended_until_ns <= now_ns]
         if not free:
             self.idle_ns = min(entry[3].suspended_until_ns for entry in self.pending)
@@ -168,7 +168,7 @@ class Medium:
         return winner
 
     def _resolve_same_identifier(self, first: Entry, now_ns: int) -> Entry:
-        """Let controllers that send one identifier at once meet; set twins or failure."""
+        """Resolve simultaneous frames of one identifier; sets the twins or the failure."""
         meeting = {first[3].name: first}
         for entry in sorted(self.pending):
             if entry[0] != first[0]:
@@ -192,7 +192,7 @@ class Medium:
         return winner
 
     def _count_error(self, controllers: Sequence[Controller]) -> None:
-        """Move the error counters after an error frame; requeue what was destroyed."""
+        """Update the error counters after an error frame; requeue the destroyed frames."""
         failed, self._failed, self.twins, self._losers = self._failed, (), (), ()
         self.disturbance = None
         self._errors_seen = True
@@ -207,7 +207,7 @@ class Medium:
             self._count_transmit_error(entry[3])
 
     def _count_success(self, entry: Entry, controllers: Sequence[Controller]) -> None:
-        """Move the error counters after a frame that was sent, by one controller or several."""
+        """Update the error counters after a successful frame, of one controller or several."""
         losers, self._losers = self._losers, ()
         for twin in self.twins:
             twin[3].pending -= 1

@@ -8,13 +8,13 @@ from rfms_can.bus.port import LONGEST_WAIT_S, Port
 from rfms_can.node.protocol import Node
 
 MAX_FRAMES_BEFORE_TIMER: Final = 256
-"""A bus that babbles without end must not keep a node from its deadlines."""
+"""A babbling idiot on the bus must not delay a node's deadlines."""
 
 FAR_NS: Final = 200_000_000
-"""A deadline this far ahead ends no single wait (``LONGEST_WAIT_S``), whatever the clock says."""
+"""A deadline this far ahead cannot end the current wait (at most ``LONGEST_WAIT_S``), ns."""
 
 CLOCK_EVERY: Final = 16
-"""Frames after which the clock is read even if nothing else asks for it."""
+"""Frames after which the clock is read in any case."""
 
 Clock = Callable[[], int]
 """Monotonic time, ns."""
@@ -29,7 +29,7 @@ class NodeDriver:
 
     Args:
         node: the node.
-        port: its way onto the bus; the caller closes it.
+        port: of the node; the caller closes it.
         clock: monotonic time, ns.
     """
 
@@ -43,13 +43,13 @@ class NodeDriver:
         self._frames = 0
 
     def pump(self) -> None:
-        """Wait for the next frame or deadline, at most ``LONGEST_WAIT_S``, and serve it.
+        """Wait for the next frame or deadline, at most ``LONGEST_WAIT_S``, and handle it.
 
         Raises:
             BusError: the bus has gone.
         """
         deadline_ns = self._node.next_deadline_ns()
-        if deadline_ns is None:  # the next frame may set one, by the time it came
+        if deadline_ns is None:  # the next frame may set one, relative to its arrival
             self._take_frame(LONGEST_WAIT_S, timed=True)
             return
         self._frames -= 1
@@ -70,12 +70,12 @@ class NodeDriver:
         self._frames = CLOCK_EVERY
 
     def run_until(self, goal: Callable[[], bool]) -> None:
-        """Pump until a predicate holds; it is asked before each step."""
+        """Pump until a predicate holds; it is evaluated before each step."""
         while not goal():
             self.pump()
 
     def _take_frame(self, timeout_s: float, *, timed: bool = False) -> bool:
-        """Serve the next frame; ``timed``: with the time it came at, not that of the last look."""
+        """Handle the next frame; ``timed``: read the clock at its arrival."""
         frame = self._port.recv(timeout_s)
         if frame is None:
             return False
@@ -87,7 +87,7 @@ class NodeDriver:
         return True
 
     def _serve_deadline(self) -> None:
-        """A deadline has come: what arrived before it was looked at comes first."""
+        """Handle a deadline that has passed, after the frames that arrived before it."""
         for _ in range(MAX_FRAMES_BEFORE_TIMER):
             if not self._take_frame(0.0, timed=True):
                 break
@@ -105,7 +105,7 @@ def run_node(
     clock: Clock = time.monotonic_ns,
     stop: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Drive a node until ``stop`` says so.
+    """Drive a node until ``stop`` returns True.
 
     Raises:
         BusError: the bus has gone.

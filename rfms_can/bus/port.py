@@ -1,4 +1,4 @@
-"""A port: one process' way onto a bus. What a node's driver needs, and what all ports share."""
+"""A port: one process' access to a bus. Protocol and common parts of all ports."""
 
 import select
 import socket
@@ -10,7 +10,7 @@ from typing import Final, Protocol
 from rfms_can.wire.frame import Frame
 
 LONGEST_WAIT_S: Final = 0.05
-"""No wait for a frame is longer, so that a driver sees in time that it shall stop."""
+"""Longest wait for a frame, s, so that a driver reacts to a stop request in time."""
 
 SEND_WAIT_S: Final = 0.1
 """How long a send may wait for buffer space before the frame is counted as lost."""
@@ -20,13 +20,13 @@ OnForeign = Callable[[str], None]
 
 
 class Port(Protocol):
-    """One way onto a bus.
+    """Access to a bus.
 
     Attributes:
-        statistics: counts since opening: ``received`` (handed to ``recv``'s caller), ``sent``,
-            ``foreign`` (frames that are no data frames with an 11-bit identifier),
-            ``tx_overflow`` (frames given up because no buffer came free), ``error_frames``,
-            ``bus_off``, ``rx_overflow`` as far as the bus tells.
+        statistics: counts since opening: ``received`` (returned by ``recv``), ``sent``,
+            ``foreign`` (frames other than data frames with an 11-bit identifier),
+            ``tx_overflow`` (frames dropped because no buffer became free), ``error_frames``,
+            ``bus_off``, ``rx_overflow`` as far as the bus reports them.
     """
 
     statistics: Counter[str]
@@ -41,21 +41,21 @@ class Port(Protocol):
     def recv(self, timeout_s: float) -> Frame | None:
         """The next frame; None if none came within ``timeout_s`` or ``LONGEST_WAIT_S``.
 
-        What is none for nodes is counted and skipped.
+        Foreign frames are counted and skipped.
 
         Raises:
             BusError: the bus has gone.
         """
 
     def fileno(self) -> int:
-        """A descriptor that is readable when the operating system holds something for ``recv``."""
+        """A descriptor that is readable when the operating system has data for ``recv``."""
 
     def close(self) -> None:
         """Leave the bus; may be called twice."""
 
 
 def set_time_limits(sock: socket.socket) -> None:
-    """Let a blocking socket's calls end by themselves: one system call a frame, no ``poll``."""
+    """Set timeouts on a blocking socket: one system call a frame, no ``poll``."""
     sock.setblocking(True)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _timeval(LONGEST_WAIT_S))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _timeval(SEND_WAIT_S))

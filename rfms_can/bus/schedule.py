@@ -16,7 +16,7 @@ from typing import Final
 from rfms_can.bus.timing import BusTiming
 
 Load = tuple[int, int, int]
-"""What a stream asks of the bus: period T, jitter J, bus time C, all ns."""
+"""A stream's load: period T, jitter J, bus time C, all ns."""
 
 MAX_ITERATIONS: Final = 100_000
 
@@ -26,11 +26,11 @@ class Stream:
     """Frames of one identifier.
 
     Attributes:
-        name: what tables call it.
-        id: identifier; the lower, the more urgent. No two streams share one.
+        name: for tables.
+        id: identifier, unique; the lower, the higher the priority.
         length: payload, bytes.
         period_ns: least time between two hand-overs (T_m), also their deadline; None on event.
-        jitter_ns: by how much a hand-over may come late (J_m).
+        jitter_ns: largest delay of a hand-over (J_m).
         fd: CAN FD or classic.
     """
 
@@ -44,15 +44,15 @@ class Stream:
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """What the analysis says of one stream.
+    """Result of the analysis for one stream.
 
     Attributes:
         stream: the stream.
         wire_ns: bus time of one frame, fully stuffed (C_m).
         blocking_ns: longest less urgent frame (B_m).
         response_ns: bound from the nominal hand-over to the end of the frame and its
-            intermission (R_m); None if there is none, because the load down to this priority
-            exceeds the bus, or for an event frame.
+            intermission (R_m); None if it is unbounded, because the load down to this priority
+            exceeds the bus, and for an event frame.
     """
 
     stream: Stream
@@ -69,7 +69,7 @@ class Response:
 
 
 def load(streams: Sequence[Stream], timing: BusTiming) -> float:
-    """Share of the bus that periodic streams take, frames fully stuffed; over 1 it diverges."""
+    """Fraction of the bus time of periodic streams, frames fully stuffed; above 1 it diverges."""
     return sum(
         timing.worst_case_ns(stream.length, stream.fd) / stream.period_ns
         for stream in streams
@@ -114,7 +114,7 @@ def _response_ns(own: Load, higher: Sequence[Load], blocking_ns: int, bit_ns: in
 
 
 def _instances(window_ns: int, period_ns: int) -> int:
-    """How many hand-overs a window can see: ceil(window / period)."""
+    """Largest number of hand-overs in a window: ceil(window / period)."""
     return -(-window_ns // period_ns)
 
 

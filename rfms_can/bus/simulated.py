@@ -1,15 +1,15 @@
 """The simulated bus: all nodes in one process, discrete events in virtual time.
 
 A frame is queued in its node's controller the moment the node hands it over. When the bus is
-idle, the lowest identifier among all controllers' queues wins and occupies the bus for its own
-bit time, stuff bits counted. With its last bit every node that accepts the identifier, the sender
-excepted, gets it; three bits of intermission later the bus is idle again.
+idle, the lowest identifier among all controllers' queues wins and occupies the bus for its exact
+duration, stuff bits counted. With its last bit it is delivered to every node that accepts the
+identifier, except the sender; after three bits of intermission the bus is idle again.
 
-Order of what happens at one instant, so that a run repeats to the bit:
+Order of simultaneous events, so that a run repeats to the bit:
 
 1. the frame that ends is observed, then delivered, receivers in the order of attachment;
-2. hand-overs and deliveries that were put off (latency, delay), oldest first;
-3. ``on_time`` of nodes whose deadline has come, in the order of attachment;
+2. delayed hand-overs and deliveries (latency, delay), oldest first;
+3. ``on_time`` of nodes whose deadline has passed, in the order of attachment;
 4. arbitration.
 
 What this fake does not model: receive queues (a node takes a frame the instant it is delivered,
@@ -46,8 +46,8 @@ class SimulatedBus:
     Args:
         timing: bit rates; CAN FD on 1/5 Mbit/s if not given.
         worst_case: every frame takes its worst-case time instead of its exact one.
-        disturber: asked at the start of each transmission what befalls it.
-        start_ns: virtual time to begin at.
+        disturber: called at the start of each transmission, see ``disturbance.py``.
+        start_ns: initial virtual time.
 
     Attributes:
         now_ns: virtual time, ns. Read only.
@@ -67,8 +67,8 @@ class SimulatedBus:
         self.observers: list[Observer] = []
         self._medium = Medium(self.timing, start_ns, worst_case, disturber, on_bus_off=self.reroute)
         self._controllers: list[Controller] = []
-        self._deadlines: list[int] = [NEVER]  # first of what is put off, then by controller
-        self._put_off: list[tuple[int, int, Callable[[], None]]] = []  # heap
+        self._deadlines: list[int] = [NEVER]  # first the delayed actions, then by controller
+        self._delayed: list[tuple[int, int, Callable[[], None]]] = []  # heap
         self._serial = 0
         self._called_ns, self._calls = start_ns, 0
 
@@ -78,13 +78,13 @@ class SimulatedBus:
         return self._medium.statistics
 
     def reset_statistics(self) -> None:
-        """Count from now on; what was counted so far stays with who holds it."""
+        """Start new statistics; the object returned before keeps the old counts."""
         self._medium.statistics = BusStatistics(since_ns=self.now_ns)
 
     def attach(
         self, node: Node, *, tx_capacity: int = TX_CAPACITY, latency_ns: int = 0
     ) -> Controller:
-        """Put a node on the bus; raises ``BusError`` if one of that name is there."""
+        """Put a node on the bus; raises ``BusError`` if its name is taken."""
         if any(node.name == controller.name for controller in self._controllers):
             raise BusError(f"two nodes are named {node.name!r}: names tell senders apart")
         controller = Controller(node, len(self._controllers) + 1, tx_capacity, latency_ns)
@@ -95,7 +95,7 @@ class SimulatedBus:
         return controller
 
     def detach(self, controller: Controller) -> None:
-        """Pull a node's plug: its queue is lost and it is never called again."""
+        """Disconnect a node: its queue is lost and it is never called again."""
         del self._deadlines[controller.index]
         self._controllers.remove(controller)
         for index, remaining in enumerate(self._controllers, start=1):
@@ -109,20 +109,20 @@ class SimulatedBus:
         self._medium.queue(controller, frames, self.now_ns)
 
     def run_until(self, goal: int | Callable[[], bool]) -> None:
-        """Run to a virtual time in ns, or until a predicate, asked after each event, holds.
+        """Run to a virtual time in ns, or until a predicate, evaluated after each event, holds.
 
         Raises:
-            BusError: the predicate does not hold and nothing is left to happen, or a node's
-                deadline does not move on.
+            BusError: no event is left and the predicate does not hold, or a node's deadline does
+                not advance.
         """
         for controller in self._controllers:
-            self._read_deadline(controller)  # programs talk to nodes between runs
+            self._read_deadline(controller)  # a program may have changed them between runs
         if callable(goal):
             while not goal():
                 if not self._advance(NEVER - 1):
                     raise BusError(
-                        f"nothing is left to happen at {self.now_ns} ns (no frame pending, no "
-                        f"deadline), yet what was waited for has not come"
+                        f"no event is left at {self.now_ns} ns (no frame pending, no deadline), "
+                        f"and the awaited condition does not hold"
                     )
         else:
             while self._advance(goal):
@@ -130,11 +130,11 @@ class SimulatedBus:
             self.now_ns = max(self.now_ns, goal)
 
     def step(self) -> bool:
-        """Let the next event happen; False if there is none."""
+        """Process the next event; False without one."""
         return self._advance(NEVER - 1)
 
     def _advance(self, limit_ns: int) -> bool:
-        """Let the next event up to ``limit_ns`` happen; False if there is none."""
+        """Process the next event up to ``limit_ns``; False without one."""
         medium = self._medium
         timer_ns = min(self._deadlines)
         while medium.sending is None and medium.pending:
@@ -154,11 +154,11 @@ class SimulatedBus:
         return True
 
     def _call(self, index: int, timer_ns: int) -> None:
-        """Do what was put off, or call the node whose deadline has come."""
+        """Run a delayed action, or call the node whose deadline has passed."""
         self.now_ns = now_ns = max(self.now_ns, timer_ns)
         if index == 0:
-            heappop(self._put_off)[2]()
-            self._deadlines[0] = self._put_off[0][0] if self._put_off else NEVER
+            heappop(self._delayed)[2]()
+            self._deadlines[0] = self._delayed[0][0] if self._delayed else NEVER
             return
         controller = self._controllers[index - 1]
         self._calls = self._calls + 1 if now_ns == self._called_ns else 1
@@ -192,7 +192,7 @@ class SimulatedBus:
         )
 
     def _finish_specially(self, sender: Controller, frame: Frame) -> None:
-        """End a frame that several sent at once, or that a disturbance befell."""
+        """End a frame with twins or a disturbance."""
         twins = [twin[3] for twin in self._medium.twins]
         disturbance = self._medium.disturbance or Disturbance()
         self._medium.twins, self._medium.disturbance = (), None
@@ -223,9 +223,9 @@ class SimulatedBus:
             deadlines[index] = NEVER if deadline_ns is None else deadline_ns
 
     def _deliver_late(self, routes: Sequence[Route], frame: Frame) -> None:
-        """Deliver to those who are still there (places among the deadlines may have moved)."""
-        heirs = {route[0] for route in routes if not route[0].bus_off}
-        self._deliver([c.route() for c in self._controllers if c in heirs], frame)
+        """Deliver to the nodes still attached (their indices may have changed)."""
+        attached = {route[0] for route in routes if not route[0].bus_off}
+        self._deliver([c.route() for c in self._controllers if c in attached], frame)
 
     def _hand_over(self, controller: Controller, frames: Sequence[Frame]) -> None:
         if controller.latency_ns:
@@ -236,14 +236,14 @@ class SimulatedBus:
 
     def _do_later(self, delay_ns: int, action: Callable[[], None]) -> None:
         self._serial += 1
-        heappush(self._put_off, (self.now_ns + delay_ns, self._serial, action))
-        self._deadlines[0] = self._put_off[0][0]
+        heappush(self._delayed, (self.now_ns + delay_ns, self._serial, action))
+        self._deadlines[0] = self._delayed[0][0]
 
     def _read_deadline(self, controller: Controller) -> None:
         deadline_ns = controller.node.next_deadline_ns()
         self._deadlines[controller.index] = NEVER if deadline_ns is None else deadline_ns
 
     def reroute(self) -> None:
-        """Look up again who hears what: what a node accepts has changed."""
+        """Discard the cached routes after a node's acceptance filter has changed."""
         for controller in self._controllers:
             controller.routes.clear()

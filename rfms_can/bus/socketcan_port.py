@@ -37,8 +37,8 @@ class SocketCanPort:
 
     Args:
         sock: the socket; its owner closes it.
-        device: what error messages call it.
-        on_foreign: called for each frame that is none for nodes.
+        device: for error messages.
+        on_foreign: called for each frame other than a data frame with an 11-bit identifier.
         on_close: called once by ``close``.
 
     Attributes:
@@ -60,7 +60,7 @@ class SocketCanPort:
         set_time_limits(sock)
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Send frames; one for which the device's queue stays full is given up and counted."""
+        """Send frames; a frame is dropped and counted if the device's queue stays full."""
         for frame in frames:
             self._send_one(pack_socketcan(frame))
 
@@ -114,7 +114,7 @@ class SocketCanPort:
         return self._socket.fileno()
 
     def close(self) -> None:
-        """Close what holds the socket."""
+        """Close the socket by its owner."""
         if self._on_close is not None:
             self._on_close()
             self._on_close = None

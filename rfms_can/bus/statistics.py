@@ -1,4 +1,4 @@
-"""What went over a bus: frames, load, response times, errors."""
+"""Statistics of a bus: frames, load, response times, errors."""
 
 import msgspec
 
@@ -7,7 +7,7 @@ class FrameStatistics(msgspec.Struct):
     """One identifier's traffic.
 
     Attributes:
-        count: frames that were sent whole.
+        count: frames sent successfully.
         busy_ns: bus time they took, intermission included, ns.
         max_response_ns: longest time from hand-over to end of frame, ns.
     """
@@ -35,12 +35,12 @@ class BusStatistics(msgspec.Struct):
     collisions: int = 0
 
     def load(self, now_ns: int) -> float:
-        """Share of the time since counting began that the bus was busy, 0 to 1."""
+        """Fraction of the time since ``since_ns`` that the bus was busy, 0 to 1."""
         elapsed_ns = now_ns - self.since_ns
         return self.busy_ns / elapsed_ns if elapsed_ns > 0 else 0.0
 
     def count_frame(self, identifier: int, busy_ns: int, response_ns: int) -> None:
-        """Count one frame sent whole."""
+        """Count one frame sent successfully."""
         of_id = self.frames.get(identifier)
         if of_id is None:
             of_id = self.frames[identifier] = FrameStatistics()

@@ -1,9 +1,9 @@
 """Stuff bits of one frame, counted exactly and fast.
 
 After five equal bits CAN sends one of the opposite level, which itself counts as the first bit
-of the next run (ISO 11898-1). What a payload costs on the wire therefore depends on its bits. The
-count is a small state machine over (level of the last bit, length of its run), tabulated for 16
-bits at a step: a 64-byte payload takes 32 list look-ups.
+of the next run (ISO 11898-1), so the length of a frame depends on its payload. The count is a small
+state machine over (level of the last bit, length of its run), tabulated for 16 bits at a step: a
+64-byte payload takes 32 list look-ups.
 
 A run of five leaves its stuff bit *pending*: it is counted when the next bit comes. That is how
 CAN FD ends its data field: the first fixed stuff bit, sent in any case, takes the place of a
@@ -157,6 +157,6 @@ def classic_stuff_bits(identifier: int, data: bytes) -> int:
 
 
 def _pending(row: _Row) -> int:
-    """One if a run of five waits for its stuff bit."""
+    """1 if a run of five awaits its stuff bit, else 0."""
     rows = _byte_rows()
     return int(any(row is rows[level * STUFF_RUN + STUFF_RUN - 1] for level in (0, 1)))

@@ -42,12 +42,12 @@ def _fd_data_bits(length: int) -> int:
 
 
 def _fd_worst_data_stuff(length: int) -> int:
-    """Dynamic stuff bits of the data phase if every one of the frame that can be there is."""
+    """Largest number of dynamic stuff bits of the data phase."""
     return (22 + 8 * length - 1) // 4 - _FD_WORST_ARBITRATION_STUFF
 
 
 class BusTiming:
-    """Bit rates of one bus, and what they make of a frame.
+    """Bit rates of one bus, and the duration of frames on it.
 
     Args:
         nominal_bit_rate: bit/s of arbitration and of classic frames, at most 1 Mbit/s.
@@ -55,7 +55,7 @@ class BusTiming:
             8 Mbit/s; None for a classic bus, which carries no FD frames.
 
     Raises:
-        BusError: a rate that no such bus has.
+        BusError: a rate out of range.
     """
 
     __slots__ = ("_data_ns", "_fd_bits", "_nominal_ns", "data_bit_rate", "nominal_bit_rate")
@@ -89,18 +89,18 @@ class BusTiming:
         return NS_PER_S / self.nominal_bit_rate
 
     def nominal_ns(self, bits: int) -> int:
-        """So many bits (at most 135) at the nominal rate, ns."""
+        """Duration of ``bits`` bits (at most 135) at the nominal rate, ns."""
         return self._nominal_ns[bits]
 
     def worst_case_ns(self, length: int, fd: bool = True) -> int:
-        """Bus time of a frame of ``length`` bytes with every stuff bit it can have, ns.
+        """Bus time of a frame of ``length`` bytes with the most stuff bits, ns.
 
         Raises:
-            BusError: an FD frame on a classic bus, or a length the format has not.
+            BusError: an FD frame on a classic bus, or a length that the format does not have.
         """
         if not fd:
             if length not in CLASSIC_LENGTHS:
-                raise BusError(f"{length} bytes is no classic payload (0..8): split it")
+                raise BusError(f"{length} bytes do not fit in a classic frame (0..8): split it")
             stuff = (_CLASSIC_STUFFED_BITS + 8 * length - 1) // 4
             return self._nominal_ns[_CLASSIC_BITS + 8 * length + stuff]
         self._require_fd(length)
@@ -111,7 +111,7 @@ class BusTiming:
         )
 
     def exact_ns(self, frame: Frame) -> int:
-        """Bus time of this very frame, its stuff bits counted, ns.
+        """Bus time of this frame with its stuff bits, ns.
 
         Raises:
             BusError: an FD frame on a classic bus.
@@ -134,7 +134,7 @@ class BusTiming:
                 f"({self.nominal_bit_rate} bit/s): give a data bit rate"
             )
         if length not in self._fd_bits:
-            raise BusError(f"{length} bytes is no CAN FD payload length: {FD_DLC_LENGTHS}")
+            raise BusError(f"{length} bytes is not a CAN FD payload length: {FD_DLC_LENGTHS}")
 
 
 def _durations_ns(bit_rate: int, most_bits: int) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""Bus URLs: where a bus is, in one word of a command line.
+"""Bus URLs: the address of a bus as one argument of a command line.
 
 ::
 
@@ -8,7 +8,7 @@
                 | INTERFACE ":" CHANNEL [ "?" OPTION { "&" OPTION } ]
     OPTION      = KEY "=" VALUE
 
-``INTERFACE`` is any interface of python-can, ``CHANNEL`` and the options are what it takes:
+``INTERFACE`` is any interface of python-can; ``CHANNEL`` and the options are its arguments:
 ``kvaser:0?bitrate=1000000&data_bitrate=5000000``, ``udp_multicast:239.0.0.1``, ``virtual:bench``.
 Values that read as integers, decimals, ``true`` or ``false`` are passed as such. ``fd`` is true
 unless the URL says otherwise.
@@ -55,10 +55,10 @@ class BusUrl:
 
 
 def parse_bus_url(text: str) -> BusUrl:
-    """Read a bus URL.
+    """Parse a bus URL.
 
     Raises:
-        BusError: it does not follow the grammar, which the message shows.
+        BusError: it violates the grammar, which the message shows.
     """
     if text == SIM:
         return BusUrl(text, SIM)
@@ -67,11 +67,11 @@ def parse_bus_url(text: str) -> BusUrl:
     if not colon or not channel:
         raise _refusal(text, "it names no channel" if interface else "it names no interface")
     if not _INTERFACE.fullmatch(interface) or interface == SIM:
-        raise _refusal(text, f"{interface!r} is no interface that takes a channel")
+        raise _refusal(text, f"{interface!r} is not an interface with a channel")
     if interface in (HUB, SOCKETCAN) and question:
         raise _refusal(text, f"{interface} takes no options")
     if interface == SOCKETCAN and not _DEVICE.fullmatch(channel):
-        raise _refusal(text, f"{channel!r} is no network device name")
+        raise _refusal(text, f"{channel!r} is not a network device name")
     return BusUrl(text, interface, channel, _options(text, query) if question else {})
 
 
@@ -83,7 +83,7 @@ def _options(text: str, query: str) -> dict[str, Option]:
     options: dict[str, Option] = {}
     for key, value in pairs:
         if not key.isidentifier() or key in options or key in ("interface", "channel"):
-            raise _refusal(text, f"option {key!r} is no name, or given twice")
+            raise _refusal(text, f"option {key!r} is not a name, or is given twice")
         options[key] = _option_value(value)
     return options
 

@@ -79,9 +79,9 @@ def main() -> None:
     except _USAGE_ERROR as error:
         text, verb = error.format_message(), error.ctx.command_path if error.ctx else "rfms"
         line = f"rfms: {text.removesuffix('.')}; see {verb} --help"
-        typer.echo(text if "\n" in text else line, err=True)  # without a verb it is the help
+        typer.echo(text if "\n" in text else line, err=True)  # without a verb the text is the help
         sys.exit(2)
-    except typer.Abort:  # Ctrl-C in a verb that takes no care of it itself
+    except typer.Abort:  # Ctrl-C in a verb that does not handle it
         sys.exit(130)
     except RfmsError as error:
         Console(stderr=True, soft_wrap=True, highlight=False).print(

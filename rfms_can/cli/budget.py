@@ -1,4 +1,4 @@
-"""``rfms budget``: what the wire contract costs on a bus, frame by frame, and what would fit."""
+"""``rfms budget``: bus load and response times of the wire contract, frame by frame."""
 
 import json
 import sys
@@ -49,7 +49,7 @@ def budget(
 
 
 def as_plain(result: Budget) -> dict[str, Any]:
-    """The budget as JSON takes it: times in µs, rates in Hz and bit/s."""
+    """The budget as plain data for JSON: times in µs, rates in Hz and bit/s."""
     return {
         "nominal_bit_rate": result.timing.nominal_bit_rate,
         "data_bit_rate": result.timing.data_bit_rate,
@@ -74,7 +74,7 @@ def as_plain(result: Budget) -> dict[str, Any]:
 
 
 def alternatives(rate_hz: float) -> list[dict[str, Any]]:
-    """Load and highest rate for other bit rates, ways of sending rows and splits of the traffic."""
+    """Load and highest rate for other bit rates, schedules of ROWS and splits of the traffic."""
     lines = []
     for (name, nominal, data), rows, separate in product(ALTERNATIVES, Rows, (False, True)):
         timing = BusTiming(nominal, data)

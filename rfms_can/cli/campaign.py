@@ -1,4 +1,4 @@
-"""``rfms campaign``: the peg in the hole, many times, under every law; one table."""
+"""``rfms campaign``: many peg-in-hole insertions under every control law; one table."""
 
 import os
 from pathlib import Path
@@ -31,19 +31,19 @@ def campaign(
     offset: Annotated[
         float | None,
         typer.Option(
-            help="how far off the hole may be, mm; 1 with an open loop, 2 with a closed one"
+            help="largest offset of the hole, mm; 1 with an open loop, 2 with a closed one"
         ),
     ] = None,
     tilt: Annotated[
         float | None,
-        typer.Option(help="and how much tilted, degrees; 0.5 with an open loop, 1 with a closed"),
+        typer.Option(help="largest tilt, degrees; 0.5 with an open loop, 1 with a closed one"),
     ] = None,
-    dither: Annotated[float, typer.Option(help="part of the friction, 0 to 1")] = 0.9,
+    dither: Annotated[float, typer.Option(help="fraction of the friction, 0 to 1")] = 0.9,
     workers: Annotated[
         int | None, typer.Option(help="processes; one for each processor if absent")
     ] = None,
     keep: Annotated[
-        Path | None, typer.Option(help="file of results: read, added to, and not made twice")
+        Path | None, typer.Option(help="file of results; runs already in it are not repeated")
     ] = None,
     program: Annotated[
         Path | None, typer.Option(help="program of the insertion; the demo's if absent")
@@ -72,7 +72,7 @@ def campaign(
     groups = groups_of(tasks, friction or FRICTIONS, law or tuple(ControlLaw))
     jobs = jobs_of(groups, range(seeds), dither)
     for job in jobs[: len(groups)]:
-        _ = job.settings  # wrong words are told before anything runs
+        _ = job.settings  # invalid words are refused before the first run
     path = program or demo_program()
     load_program(path)
     conditions = Conditions.of(path, dither)
@@ -101,13 +101,13 @@ def _check(
     for loop in loops:
         if loop not in LOOPS:
             raise RfmsError(f"loop {loop!r}: it is open or closed")
-    for name, value, most in (
+    for name, value, bound in (
         ("offset", offset, 3.0),
         ("tilt", tilt, 5.0),
         ("dither", dither, 1.0),
     ):
-        if value is not None and not 0.0 <= value <= most:
-            raise RfmsError(f"{name} {value:g} is not in 0..{most:g}")
+        if value is not None and not 0.0 <= value <= bound:
+            raise RfmsError(f"{name} {value:g} is not in 0..{bound:g}")
 
 
 def _progress() -> Progress:

@@ -1,4 +1,4 @@
-"""What ``rfms campaign`` prints: its conditions and one table, to look at, to paste, or as JSON."""
+"""Output of ``rfms campaign``: conditions and a table, for a terminal, in Markdown, or as JSON."""
 
 import json
 import sys

@@ -28,12 +28,12 @@ def coordinate(
     *,
     server: ServerOption = DEFAULT_NAME,
     name: Annotated[
-        str | None, typer.Option("--name", help="who asks for the arm; the program's if absent")
+        str | None, typer.Option("--name", help="name of this coordinator; the program's if absent")
     ] = None,
     keys: ClientKeysOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Run a program against a running server: take the arm, move it, give it back at rest."""
+    """Run a program against a running server: take the lease, move the arm, return it at rest."""
     from rfms_can.rig.program import load_program
 
     run = load_program(program)
@@ -67,7 +67,7 @@ def client_keys(directory: Path) -> ClientKeys:
     """The keys of the one client whose files are in a directory.
 
     Raises:
-        LinkError: there is none, or more than one.
+        LinkError: the directory has no client key, or more than one.
     """
     pairs = sorted(directory.glob("*.key_secret"))
     if len(pairs) != 1:
@@ -81,7 +81,7 @@ def client_keys(directory: Path) -> ClientKeys:
 
 @contextmanager
 def _progress(title: str, *, quiet: bool) -> Iterator[Callable[[Status], None]]:
-    """Show what the arm does while a program waits."""
+    """Show the arm's state while a program waits."""
     if quiet:
         yield lambda _: None
         return

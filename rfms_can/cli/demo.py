@@ -27,8 +27,8 @@ SETTINGS: Final = RunSettings(
     dither=0.9,
     sensor="good",
 )
-"""The hole is 0.86 mm beside where the program has it and leans by 0.4 degrees; the arm has the
-thesis' friction, 14 N m in joint 1, which is 23 N at the hole."""
+"""The hole is 0.86 mm from its nominal position and tilted by 0.4 degrees; the arm has the thesis'
+friction, 14 N m in joint 1, which is 23 N at the hole."""
 CONTROL: Final = f"law {SETTINGS.law}, 30 rad/s critically damped, dither {SETTINGS.dither:g}"
 PICTURE: Final = Path("rfms-demo.png")
 
@@ -38,7 +38,7 @@ def demo(
     picture: Annotated[Path, typer.Option(help="of the insertion; needs matplotlib")] = PICTURE,
     as_json: JsonOption = False,
 ) -> None:
-    """Put a peg into a hole that is not where the program has it, and take it out again."""
+    """Insert a peg into a hole whose position the program does not know exactly; retract it."""
     from rfms_can.rig.simulated import SimulatedRig
 
     rigs: list[SimulatedRig] = []
@@ -49,7 +49,7 @@ def demo(
         rigs.append(rig)
 
     def more() -> dict[str, Any]:
-        """What JSON tells beside the run."""
+        """Further keys of the JSON object."""
         assert rigs[0].watch is not None
         rows = rigs[0].watch.rows
         drawn = _drawn(rows, picture)
@@ -68,11 +68,11 @@ def demo(
     run_program(demo_program(), SETTINGS, record=record, as_json=as_json, watch=watch, more=more)
     if not as_json:
         assert rigs[0].watch is not None
-        _tell(rigs[0].watch.rows, picture)
+        _print_insertion(rigs[0].watch.rows, picture)
 
 
-def _tell(rows: "Sequence[Truth]", picture: Path) -> None:
-    """The numbers of the insertion, and its picture."""
+def _print_insertion(rows: "Sequence[Truth]", picture: Path) -> None:
+    """Print the numbers of the insertion and draw its picture."""
     figures, drawn = _figures(rows), _drawn(rows, picture)
     deep = f"{1e3 * figures.depth:.1f} mm deep, {_seconds(rows):.2f} s after it met the hole"
     across = f"{figures.lateral_peak:.1f} N across at most, {figures.lateral_mean:.1f} on average"
@@ -94,12 +94,12 @@ def _figures(rows: "Sequence[Truth]") -> "PegFigures":
 
 
 def _seconds(rows: "Sequence[Truth]") -> float:
-    """From the first contact until the peg was in."""
+    """Time from the first contact until the peg was inserted, s."""
     return _figures(rows).cycles / SETTINGS.rate
 
 
 def _drawn(rows: "Sequence[Truth]", picture: Path) -> Path | RfmsError:
-    """The picture, or why there is none."""
+    """The picture, or the error that prevented it."""
     try:
         from rfms_can.analysis.peg_picture import draw
 

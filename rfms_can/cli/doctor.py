@@ -1,4 +1,4 @@
-"""``rfms doctor``: what this machine can do, and what would let it do the rest."""
+"""``rfms doctor``: which features this machine supports, and how to enable the others."""
 
 import ctypes
 import json
@@ -32,7 +32,7 @@ PACKAGES: Final = {
     "typer": "typer",
     "rich": "rich",
 }
-"""What a run needs: distribution and module."""
+"""Packages a run needs: distribution and module."""
 
 OPTIONAL_PACKAGES: Final = {"matplotlib": "matplotlib", "ruckig": "ruckig"}
 OLDEST_PYTHON: Final = (3, 11)
@@ -53,13 +53,13 @@ for module in sys.argv[1:]:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing this machine has or lacks.
+    """Result of one check.
 
     Attributes:
-        name: of what was looked at.
-        good: whether it is there.
-        detail: what was found.
-        advice: the way to have it, where it is not there.
+        name: of the feature.
+        good: whether it is available.
+        detail: version or reason.
+        advice: how to make it available.
         needed: whether the default run needs it.
     """
 
@@ -73,7 +73,7 @@ class Finding:
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
 ) -> None:
-    """Say what this machine can do. Exit code 1 if the default run lacks something."""
+    """Check what this machine supports. Exit code 1 if the default run lacks something."""
     findings = list(examine())
     ready = all(finding.good for finding in findings if finding.needed)
     if as_json:
@@ -86,7 +86,7 @@ def doctor(
 
 
 def examine() -> Iterator[Finding]:
-    """Look at everything, what a run needs first."""
+    """Run all checks, those a run needs first."""
     yield python()
     yield from (package(*names, needed=True) for names in PACKAGES.items())
     yield from (package(*names, needed=False) for names in OPTIONAL_PACKAGES.items())
@@ -125,7 +125,7 @@ def package(distribution: str, module: str, *, needed: bool) -> Finding:
 
 
 def contract() -> Finding:
-    """The DBC; imported here, so that a broken package is reported and not run into."""
+    """The DBC; imported here, so that a broken package is reported instead of raising."""
     try:
         from rfms_can.wire.codec import database_hash, database_path, load_database
 
@@ -137,20 +137,20 @@ def contract() -> Finding:
 
 
 def processors() -> Finding:
-    """How many there are, and how many this process may use."""
+    """Number of processors, and number this process may use."""
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     detail = f"{os.cpu_count()}, {usable} usable; {platform.machine()}, kernel {platform.release()}"
     return Finding("processors", True, detail)
 
 
 def socketcan() -> Finding:
-    """CAN in the kernel, and the interfaces that are there."""
+    """CAN in the kernel, and its interfaces."""
     if not hasattr(socket, "AF_CAN"):
         return Finding("SocketCAN", False, f"{platform.system()} has none", "--bus hub:NAME")
     try:
         socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()
     except OSError as error:
-        return Finding("SocketCAN", False, error.strerror or str(error), _other_way())
+        return Finding("SocketCAN", False, error.strerror or str(error), _vcan_advice())
     interfaces = ", ".join(can_interfaces()) or "none"
     return Finding("SocketCAN", True, f"interfaces: {interfaces}")
 
@@ -164,19 +164,19 @@ def can_interfaces(directory: Path = NETWORK_INTERFACES) -> Iterator[str]:
 
 
 def vcan() -> Finding:
-    """The virtual CAN interface: up, or in the modules of the kernel that runs."""
+    """The virtual CAN interface: up, or a module of the running kernel."""
     if "vcan0" in can_interfaces():
-        return Finding("vcan", True, "vcan0 is there")
+        return Finding("vcan", True, "vcan0 exists")
     modules = Path("/lib/modules", platform.release())
     for file in ("modules.dep", "modules.builtin"):
         with suppress(OSError):
             if "/vcan.ko" in (modules / file).read_text():
                 return Finding("vcan", True, f"a module of this kernel ({modules / file})")
-    return Finding("vcan", False, f"no module of kernel {platform.release()}", _other_way())
+    return Finding("vcan", False, f"no module of kernel {platform.release()}", _vcan_advice())
 
 
-def _other_way() -> str:
-    """How to have a vcan0 where the kernel has none."""
+def _vcan_advice() -> str:
+    """How to get vcan0 where the kernel has none."""
     if shutil.which(USER_MODE_KERNEL):
         return "tools/with-vcan COMMAND runs it on a real vcan0, in the user-mode kernel"
     return "Debian: sudo apt-get install user-mode-linux can-utils, then tools/with-vcan COMMAND"
@@ -186,18 +186,18 @@ def user_mode_kernel() -> Finding:
     """The kernel ``tools/with-vcan`` boots where this one has no vcan."""
     path = shutil.which(USER_MODE_KERNEL)
     detail = path or f"no {USER_MODE_KERNEL}"
-    return Finding("user-mode kernel", path is not None, detail, _other_way())
+    return Finding("user-mode kernel", path is not None, detail, _vcan_advice())
 
 
 def can_utils() -> Finding:
-    """candump and its kin."""
+    """candump and the other can-utils."""
     missing = [program for program in CAN_UTILS if shutil.which(program) is None]
     detail = f"no {', '.join(missing)}" if missing else ", ".join(CAN_UTILS)
     return Finding("can-utils", not missing, detail, "sudo apt-get install can-utils")
 
 
 def real_time() -> Finding:
-    """SCHED_FIFO: tried, and given back."""
+    """SCHED_FIFO: tried, then reset."""
     advice = "for --clock realtime: ulimit -r 50, or CAP_SYS_NICE"
     if not hasattr(os, "sched_setscheduler"):
         return Finding("SCHED_FIFO", False, f"{platform.system()} has none", advice)

@@ -12,12 +12,12 @@ from rfms_can.bus.timing import BusTiming
 
 
 def hub(
-    name: Annotated[str, typer.Argument(help="what clients call it: --bus hub:NAME")],
+    name: Annotated[str, typer.Argument(help="name of the hub, for --bus hub:NAME")],
     nominal: Annotated[int, typer.Option(help="nominal bit rate, bit/s")] = 1_000_000,
     data: Annotated[int, typer.Option(help="data bit rate, bit/s; 0: classic CAN")] = 5_000_000,
     as_json: Annotated[bool, typer.Option("--json", help="JSON lines: ready, result")] = False,
 ) -> None:
-    """Run a hub until Ctrl-C, then say what went over it."""
+    """Run a hub until Ctrl-C, then print its statistics."""
 
     def ready(running: Hub) -> None:
         if as_json:

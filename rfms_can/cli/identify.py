@@ -1,4 +1,4 @@
-"""``rfms identify``: find out about the arm on the bus what a master needs to know of it."""
+"""``rfms identify``: identify the parameters of the arm on the bus, for the master."""
 
 import json
 import os
@@ -27,8 +27,8 @@ SETTINGS = (
 )
 
 
-class Wishes(NamedTuple):
-    """What the user asked for beside the settings; see the flags."""
+class Options(NamedTuple):
+    """Options besides the settings; see the flags."""
 
     out: Path
     data: Path | None
@@ -48,7 +48,7 @@ def identify(
     ),
     data: Annotated[
         Path | None,
-        typer.Option("--data", help="directory of the experiments' data; goes on where they end"),
+        typer.Option("--data", help="directory of the experiments' data, to resume from"),
     ] = None,
     report: Annotated[
         Path | None, typer.Option("--report", help="directory for plots; needs matplotlib")
@@ -57,16 +57,16 @@ def identify(
         bool, typer.Option("--compare", help="one fast program with each compensation")
     ] = False,
     jobs: Annotated[
-        int, typer.Option("--jobs", min=0, help="experiments side by side; 0: all processors")
+        int, typer.Option("--jobs", min=0, help="experiments in parallel; 0: all processors")
     ] = 0,
     attach: Annotated[
         bool, typer.Option("--attach", help="boards and joint nodes are on the bus already")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Identify an arm: probe its wires, run the experiments, write a calibration file.
+    """Identify an arm: check its wiring, run the experiments, write a calibration file.
 
-    With --data an interrupted procedure goes on with what it has.
+    With --data an interrupted procedure is resumed.
     """
     from rfms_can.arm.calibration import save_calibration
     from rfms_can.identification.experiments.probing import probe, require_sound
@@ -74,29 +74,29 @@ def identify(
     from rfms_can.identification.fit.result import calibration_of
 
     jobs = jobs or os.cpu_count() or 1
-    wishes = Wishes(out, data, report, compare, jobs, attach, as_json)
+    options = Options(out, data, report, compare, jobs, attach, as_json)
     require_sound(probe(settings, attach))
-    found = analyse(settings.the_arm, _measure(settings, wishes))
+    found = analyse(settings.the_arm, _measure(settings, options))
     calibration = calibration_of(found)
     save_calibration(out, calibration)
-    _tell(settings, found, calibration, wishes)
+    _print_result(settings, found, calibration, options)
 
 
-def _measure(settings: RunSettings, wishes: Wishes) -> "Mapping[str, Data]":
-    """The data of all experiments, of this call and of earlier ones."""
+def _measure(settings: RunSettings, options: Options) -> "Mapping[str, Data]":
+    """The data of all experiments, of this run and of earlier ones."""
     from rfms_can.cli.identify_progress import ExperimentProgress
     from rfms_can.identification.experiments.plan import experiments
     from rfms_can.identification.experiments.procedure import run_all, tasks_of
 
-    data = wishes.data
+    data = options.data
     place = nullcontext(str(data)) if data is not None else tempfile.TemporaryDirectory()
     with signals_noted() as interrupt, place as directory:
         plan = experiments(settings.the_arm)
-        tasks = tasks_of(plan, settings, Path(directory), wishes.attach)
+        tasks = tasks_of(plan, settings, Path(directory), options.attach)
         try:
-            with ExperimentProgress(tasks, quiet=wishes.as_json) as watcher:
+            with ExperimentProgress(tasks, quiet=options.as_json) as watcher:
                 return run_all(
-                    tasks, watcher, jobs=wishes.jobs, ask=watcher.ask, interrupted=interrupt
+                    tasks, watcher, jobs=options.jobs, ask=watcher.ask, interrupted=interrupt
                 )
         except KeyboardInterrupt:
             kept = "; --data DIR keeps what is there" if data is None else f"; {data} is kept"
@@ -104,10 +104,10 @@ def _measure(settings: RunSettings, wishes: Wishes) -> "Mapping[str, Data]":
             raise typer.Exit(interrupt.exit_code) from None
 
 
-def _tell(
-    settings: RunSettings, found: "Identification", calibration: "Calibration", wishes: Wishes
+def _print_result(
+    settings: RunSettings, found: "Identification", calibration: "Calibration", options: Options
 ) -> None:
-    """Print what was found beside the plant's truth, or the data sheet of an arm that is none."""
+    """Print the result beside the plant's true values, or beside the data sheet of a real arm."""
     from rfms_can.cli.identify_report import print_report, print_significance, print_tracking
     from rfms_can.identification.fit.summary import summary
     from rfms_can.identification.fit.truth import truth_of
@@ -115,33 +115,33 @@ def _tell(
 
     arm, friction = settings.the_arm, settings.friction
     plant = (
-        as_built(arm, friction) if wishes.attach else make_variant(settings.plant, arm, friction)
+        as_built(arm, friction) if options.attach else make_variant(settings.plant, arm, friction)
     )
     truth = truth_of(plant)
-    tracking = _compare(settings, calibration, truth, wishes) if wishes.compare else None
-    if wishes.as_json:
+    tracking = _compare(settings, calibration, truth, options) if options.compare else None
+    if options.as_json:
         typer.echo(json.dumps(summary(found, calibration, truth, tracking)))
     else:
-        print_report(found, calibration, truth, "data sheet" if wishes.attach else "plant")
+        print_report(found, calibration, truth, "data sheet" if options.attach else "plant")
         print_significance(found)
         if tracking is not None:
             print_tracking(settings, tracking)
-    if wishes.report is not None:
+    if options.report is not None:
         from rfms_can.identification.fit.figures import draw
 
-        for path in draw(found, truth, tracking, wishes.report):
-            typer.echo(path, err=wishes.as_json)
-    if not wishes.as_json:
-        typer.echo(f"{wishes.out}: use it with --calibration {wishes.out}")
+        for path in draw(found, truth, tracking, options.report):
+            typer.echo(path, err=options.as_json)
+    if not options.as_json:
+        typer.echo(f"{options.out}: use it with --calibration {options.out}")
 
 
 def _compare(
-    settings: RunSettings, calibration: "Calibration", truth: "Calibration", wishes: Wishes
+    settings: RunSettings, calibration: "Calibration", truth: "Calibration", options: Options
 ) -> "Sequence[Tracking]":
-    """One fast program with each compensation; the truth's only where it is known."""
+    """One fast program with each compensation; the true one only where it is known."""
     from rfms_can.identification.compensation_comparison import compare, compensations
 
     with tempfile.TemporaryDirectory() as directory:
-        known = None if wishes.attach else truth
+        known = None if options.attach else truth
         runs = compensations(settings, Path(directory), calibration, known)
-        return compare(runs, wishes.jobs, wishes.attach)
+        return compare(runs, options.jobs, options.attach)

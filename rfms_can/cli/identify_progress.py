@@ -1,4 +1,4 @@
-"""What a person sees while experiments run."""
+"""Progress display while experiments run."""
 
 from collections.abc import Sequence
 from types import TracebackType
@@ -14,7 +14,7 @@ from rfms_can.rig.session import Session
 
 
 class ExperimentProgress:
-    """A bar of experiments; whoever has no terminal sees the last state of it."""
+    """A progress bar of experiments; without a terminal only its last state is printed."""
 
     def __init__(self, tasks: Sequence[Task], *, quiet: bool) -> None:
         self._progress = Progress(
@@ -28,7 +28,7 @@ class ExperimentProgress:
         )
         self._task = self._progress.add_task("identify", total=len(tasks), what="")
         self._name = ""
-        self._hangs = False
+        self._loaded = False
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -43,16 +43,16 @@ class ExperimentProgress:
         self._progress.stop()
 
     def ask(self, load: bool) -> None:
-        """Have somebody hang the known load, or take it off; one who has just done it is not asked.
+        """Prompt the user to attach the known load or to remove it, if it has to change.
 
-        The arm is braked: each experiment ends so.
+        The arm is braked between experiments.
         """
-        if load is not self._hangs:
-            what = "Hang the known load into the hand" if load else "Take the load off the hand"
+        if load is not self._loaded:
+            what = "Attach the known load to the hand" if load else "Remove the load from the hand"
             self._progress.stop()
             typer.prompt(f"{what} (arm/load.py), and press Enter", default="", show_default=False)
             self._progress.start()
-            self._hangs = load
+            self._loaded = load
 
     def begin(self, experiment: Experiment) -> None:
         """An experiment begins."""
@@ -60,12 +60,12 @@ class ExperimentProgress:
         self._progress.update(self._task, what=experiment.name)
 
     def cycles(self, session: Session) -> None:
-        """Now and then while it runs."""
+        """Called periodically while it runs."""
         master = session.master
         seconds = master.statistics.cycles / master.settings.rate_hz
         self._progress.update(self._task, what=f"{self._name} {seconds:.1f} s")
 
     def end(self, experiment: Experiment, kept: bool) -> None:
-        """Its data are there."""
+        """Its data are complete."""
         what = f"{experiment.name} {'kept' if kept else 'done'}"
         self._progress.update(self._task, advance=1, what=what)

@@ -7,7 +7,12 @@ from rich.console import Console
 from rich.table import Table
 
 from rfms_can.arm.calibration import Calibration
-from rfms_can.identification.compensation_comparison import IDENTIFIED, NONE_AT_ALL, TRUTH, Tracking
+from rfms_can.identification.compensation_comparison import (
+    IDENTIFIED,
+    TRUTH,
+    UNCOMPENSATED,
+    Tracking,
+)
 from rfms_can.identification.fit.result import Identification
 from rfms_can.identification.fit.significance import significance
 from rfms_can.identification.fit.summary import (
@@ -32,7 +37,7 @@ _WIDTH = 132
 
 
 def _console() -> Console:
-    """Standard output, wide enough for the tables wherever it goes."""
+    """Standard output, wide enough for the tables."""
     return Console(highlight=False, width=max(Console().width, _WIDTH))
 
 
@@ -46,7 +51,7 @@ def _table(title: str, *headings: str) -> Table:
 def print_report(
     found: Identification, calibration: Calibration, truth: Calibration, beside: str
 ) -> None:
-    """All tables but that of the comparison; ``beside`` says what ``truth`` is."""
+    """All tables but that of the comparison; ``beside`` is the column title of ``truth``."""
     console = _console()
     _print_torque(console, calibration, truth, beside)
     _print_converters(console, found)
@@ -139,7 +144,7 @@ def _print_constants(console: Console, found: Calibration, truth: Calibration, b
 
 
 def _print_identities(console: Console, found: Identification) -> None:
-    """What must be equal for any arm of this shape: here, and in Eq. 4.16 and 4.30."""
+    """Identities that hold for any arm of this shape: here, and in Eq. 4.16 and 4.30."""
     table = _table(
         "One for every such arm", "", "must equal", "found", "", "thesis", "", "thesis ratio"
     )
@@ -156,7 +161,7 @@ def _print_identities(console: Console, found: Identification) -> None:
 
 
 def print_significance(found: Identification) -> None:
-    """What the simpler models cost and leave out (thesis IV.3, IV.4)."""
+    """Computation time and error of the simpler models (thesis IV.3, IV.4)."""
     table = _table(
         "Significance: torque a model misses, % of a joint's largest, worst joint",
         *("model", "us an update", "gross motion", "fine motion"),
@@ -172,7 +177,7 @@ def print_significance(found: Identification) -> None:
 
 
 def print_tracking(settings: RunSettings, runs: Sequence[Tracking]) -> None:
-    """One fast program, the same gains: what knowing the arm is worth."""
+    """Tracking errors of one fast program with the same gains and different compensations."""
     console = _console()
     table = _table(
         "Fast motion: largest error of each joint while it moves, degrees",
@@ -187,7 +192,7 @@ def print_tracking(settings: RunSettings, runs: Sequence[Tracking]) -> None:
         table.add_row(str(joint), f"{gain.kp:.1f}", f"{gain.ki:.0f}", f"{gain.kd:.2f}")
     console.print(table)
     rms = {run.name: run.rms for run in runs}
-    line = f"identified: 1/{rms[NONE_AT_ALL] / rms[IDENTIFIED]:.1f} of no compensation"
+    line = f"identified: 1/{rms[UNCOMPENSATED] / rms[IDENTIFIED]:.1f} of no compensation"
     if TRUTH in rms:
         line += f", {rms[IDENTIFIED] / rms[TRUTH]:.2f} times the plant's truth"
     console.print(line)

@@ -7,8 +7,8 @@
     ik        {"T6": [[3x4]], "config": "left up noflip"}       -> {"q": [6]}
 
 Metres and radians at full double precision; J has columns d/d theta_1..6 and rows vx vy vz wx wy
-wz, in the T6 frame. Every line answers itself: a line that cannot be answered gives
-``{"error": "..."}`` and the next one is read. Empty lines are skipped.
+wz, in the T6 frame. Each line is answered on its own: an invalid line gives ``{"error": "..."}``
+and the next one is read. Empty lines are skipped.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from rfms_can.kinematics import Configuration, InverseKinematics, direct, jacobi
 from rfms_can.transform import RIGID_TOLERANCE, Transform
 
 DEFAULT_CONFIGURATION: Final = "left up noflip"
-"""What ``ik`` solves for where a line names none: code 0 of the wire."""
+"""Default configuration of ``ik``: code 0 of the wire."""
 
 _Number = Annotated[float, msgspec.Meta(ge=-1e6, le=1e6)]
 """Wider than any arm or joint, and small enough for sines and squares to mean something."""
@@ -41,7 +41,7 @@ _SHAPES: Final = {
 
 
 class Verb(StrEnum):
-    """What a line is asked."""
+    """Computation applied to each line."""
 
     FK = "fk"
     IK = "ik"
@@ -89,7 +89,7 @@ def answer(verb: str, arm: Arm, line: str | bytes) -> str:
 
 
 def answerer(verb: str, arm: Arm) -> Callable[[str | bytes], str]:
-    """``answer`` for many lines: the arm's constants are worked out once."""
+    """``answer`` for many lines: the arm's constants are computed once."""
     solver = InverseKinematics(arm)
     replies: dict[str, Callable[[str | bytes], dict[str, object]]] = {
         Verb.FK: lambda line: {"T6": direct(arm, _decode_joints(line).q).rows()},
@@ -115,7 +115,7 @@ def _inverse(solver: InverseKinematics, pose: _PoseLine) -> dict[str, object]:
     off = t6.rigidity_error()
     if not off <= RIGID_TOLERANCE:
         raise KinematicsError(
-            f"T6 is not rigid: n, o, a are {off:.3g} away from a right-handed orthonormal set, "
+            f"T6 is not rigid: n, o, a deviate by {off:.3g} from a right-handed orthonormal set, "
             f"{RIGID_TOLERANCE:g} at most: give them with seven digits or more"
         )
     reply: dict[str, object] = {"q": solver.solve(t6, configuration)}

@@ -1,4 +1,4 @@
-"""Options that several verbs share, and where their values come from: flags, file, defaults."""
+"""Options shared by several verbs, and the sources of their values: flags, file, defaults."""
 
 import dataclasses
 import functools
@@ -36,26 +36,26 @@ ServoFrictionOption = Annotated[
     str | None, typer.Option("--servo-friction", help="friction the servos compensate")
 ]
 DynamicsOption = Annotated[
-    str | None, typer.Option("--dynamics", help="compensated with: full | simplified | none")
+    str | None, typer.Option("--dynamics", help="model compensated: full | simplified | none")
 ]
 CalibrationOption = Annotated[
-    str | None, typer.Option("--calibration", help="what rfms identify has written")
+    str | None, typer.Option("--calibration", help="calibration file written by rfms identify")
 ]
 BlendOption = Annotated[
     str | None, typer.Option("--blend", help="transitions: continuous | thesis")
 ]
 BarrierOption = Annotated[float | None, typer.Option("--barrier", help="longest lockstep cycle, s")]
 PatienceOption = Annotated[
-    float | None, typer.Option("--patience", help="how long absent nodes are waited for, s")
+    float | None, typer.Option("--patience", help="timeout for nodes to appear, s")
 ]
 SeedOption = Annotated[
-    int | None, typer.Option("--seed", help="makes the boot ids and the sensor's noise")
+    int | None, typer.Option("--seed", help="seed of the boot ids and the sensor's noise")
 ]
 SceneOption = Annotated[
     str | None,
     typer.Option(
         "--scene",
-        help="what the arm meets: free | peg | surface | curved | corner, with "
+        help="tool and fixtures: free | peg | surface | curved | corner, with "
         "NAME:KEY=VALUE,... to displace it",
     ),
 ]
@@ -75,17 +75,16 @@ LawOption = Annotated[
     str | None,
     typer.Option(
         "--law",
-        help="how it complies: position | stiffness | free-joint | raibert-craig | hybrid | "
-        "weighted",
+        help="control law: position | stiffness | free-joint | raibert-craig | hybrid | weighted",
     ),
 ]
 ForceLoopOption = Annotated[
     str | None,
-    typer.Option("--force-loop", help="open | closed over the sensor; closed if there is one"),
+    typer.Option("--force-loop", help="open | closed; by default closed with a sensor"),
 ]
 DitherOption = Annotated[
     float | None,
-    typer.Option("--dither", help="part of the friction complying joints dither with at rest"),
+    typer.Option("--dither", help="dither of complying joints at rest, fraction of the friction"),
 ]
 
 SETTINGS: Final[dict[str, Any]] = {
@@ -111,7 +110,7 @@ SETTINGS: Final[dict[str, Any]] = {
 """The flag of each setting."""
 
 DEFAULT_BUS: Final = MappingProxyType({"bus": "hub:rfms"})
-"""Where processes meet if nobody says where."""
+"""Default bus of processes."""
 
 Verb = Callable[..., None]
 
@@ -119,7 +118,7 @@ Verb = Callable[..., None]
 def takes_settings(
     *names: str, defaults: Mapping[str, Any] = MappingProxyType({})
 ) -> Callable[[Verb], Verb]:
-    """Give a verb the flags of some settings, and ``--config``; it is called with ``settings``.
+    """Add the flags of some settings and ``--config`` to a verb; it is called with ``settings``.
 
     Args:
         names: of the settings; all of them if none is given.
@@ -166,7 +165,7 @@ def settings_from(
         flags: settings by name; None for a flag that was not given.
 
     Raises:
-        RfmsError: the file cannot be read, or holds a key or value that does not fit.
+        RfmsError: the file cannot be read, or holds an invalid key or value.
     """
     known = {field.name for field in dataclasses.fields(RunSettings)}
     values = {**defaults, **_from_file(config, known), **_given(flags)}
@@ -187,11 +186,11 @@ def _from_file(config: Path | None, known: set[str]) -> dict[str, Any]:
         raise RfmsError(f"config file {path}: {error}") from error
     table = tables.get("run", {})
     if tables.keys() - {"run"} or not isinstance(table, dict):
-        raise SettingsError(f"config file {path}: settings stand in one table, [run]")
+        raise SettingsError(f"config file {path}: settings belong in one table, [run]")
     unknown = set(table) - known
     if unknown:
         raise SettingsError(
-            f"config file {path}: no setting is called {', '.join(sorted(unknown))}; "
+            f"config file {path}: unknown setting {', '.join(sorted(unknown))}; "
             f"there are: {', '.join(sorted(known))}"
         )
     for name, value in table.items():
@@ -200,7 +199,7 @@ def _from_file(config: Path | None, known: set[str]) -> dict[str, Any]:
 
 
 def _check_kind(path: Path, name: str, value: object) -> None:
-    """A value of the file must be of the kind its default is of."""
+    """A value of the file must have the type of its default."""
     kind = type(getattr(RunSettings(), name))
     fits = type(value) is kind or (kind is float and type(value) is int)
     if not fits:

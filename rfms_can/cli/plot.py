@@ -53,10 +53,10 @@ class Format(StrEnum):
 
 
 def plot(
-    directory: Annotated[Path, typer.Argument(help="what rfms run --record wrote")],
+    directory: Annotated[Path, typer.Argument(help="directory written by rfms run --record")],
     *,
     out: Annotated[
-        Path | None, typer.Option(help="where the figures go; DIRECTORY/figures if not given")
+        Path | None, typer.Option(help="directory of the figures; default DIRECTORY/figures")
     ] = None,
     joint: Annotated[
         int | None,
@@ -71,8 +71,8 @@ def plot(
 ) -> None:
     """Draw a recorded run: position, velocity, acceleration, jerk, error, torque, bus load.
 
-    thesis needs a run of examples/figures.py, or any that goes one way in joint mode, again with a
-    longer acceleration time, and in Cartesian mode.
+    thesis needs a run of examples/figures.py, or any that makes one motion in joint mode, again
+    with a longer acceleration time, and in Cartesian mode.
     """
     recording = load_recording(directory)
     written = _draw(recording, out or directory / "figures", figures, joint, file_format.value)
@@ -86,7 +86,7 @@ def plot(
         sys.stdout.write(json.dumps(report) + "\n")
         return
     if recording.log.refused:
-        typer.echo(f"{recording.log.refused} frames of the log break the DBC: left out", err=True)
+        typer.echo(f"{recording.log.refused} frames of the log violate the DBC: skipped", err=True)
     for path in written:
         typer.echo(path)
 
@@ -94,7 +94,7 @@ def plot(
 def _draw(
     recording: Recording, out: Path, figures: Figures, joint: int | None, suffix: str
 ) -> list[Path]:
-    """Draw what was asked for; matplotlib is loaded here and only here."""
+    """Draw the requested figures; matplotlib is loaded only here."""
     from rfms_can.analysis.plots import draw_joint, draw_run
     from rfms_can.analysis.thesis_figures import draw_thesis
 

@@ -1,4 +1,4 @@
-"""What a person sees of a run: a progress line while it goes on, a table at its end."""
+"""Terminal output of a run: a progress line while it runs, a table at its end."""
 
 import math
 import sys
@@ -17,12 +17,12 @@ from rfms_can.rig.session import Session
 from rfms_can.rig.truth import SceneResult
 
 console = Console(stderr=True)
-"""Progress and tables go to standard error: standard output is for what programs read."""
+"""Progress and tables go to standard error: standard output is for other programs."""
 
 
 @contextmanager
 def progress_line(title: str, *, quiet: bool) -> Iterator[OnProgress | None]:
-    """Show a progress line while a run goes on; gives what the run reports to."""
+    """Show a progress line during a run; yields the callback for its progress."""
     if quiet:
         yield None
         return
@@ -56,14 +56,14 @@ def progress_line(title: str, *, quiet: bool) -> Iterator[OnProgress | None]:
         try:
             yield report
         except BaseException:
-            progress.remove_task(task)  # what went wrong is said in one line, and alone
+            progress.remove_task(task)  # the error is printed alone, in one line
             progress.disable = not console.is_terminal
             raise
         progress.update(task, total=1, completed=1)
 
 
 def _whole() -> Column:
-    """A column that is never cut."""
+    """A column that is never truncated."""
     return Column(no_wrap=True, min_width=9)
 
 
@@ -86,10 +86,10 @@ def print_result(title: str, result: RunResult) -> None:
 
 
 def print_rows(rows: Iterable[tuple[str, str]]) -> None:
-    """Names and what there is to say of them."""
+    """Print names and values as two columns."""
     run = Table(show_header=False, box=None, padding=(0, 1))
     for name, value in rows:
-        run.add_row(name, Text(value, overflow="fold"))  # brackets are no markup; whole paths
+        run.add_row(name, Text(value, overflow="fold"))  # no markup in brackets; paths are folded
     console.print(run)
 
 
@@ -132,7 +132,7 @@ def _scene_rows(scene: SceneResult) -> Iterator[tuple[str, str]]:
 
 
 def _lateness(counts: list[int]) -> str:
-    """The histogram as cumulative shares."""
+    """The histogram as cumulative percentages."""
     total, passed, parts = sum(counts), 0, []
     for place, count in enumerate(counts[:-1]):
         passed += count
@@ -142,5 +142,5 @@ def _lateness(counts: list[int]) -> str:
 
 
 def prints_to(as_json: bool) -> AbstractContextManager[object]:
-    """Where a program's own ``print`` goes: beside the JSON, not into it."""
+    """Redirect a program's own ``print`` to standard error if standard output has the JSON."""
     return redirect_stdout(sys.stderr) if as_json else nullcontext()

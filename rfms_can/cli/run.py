@@ -11,7 +11,7 @@ import typer
 from rfms_can.cli.options import JsonOption, RecordOption, takes_settings
 from rfms_can.cli.report import print_result, prints_to, progress_line
 from rfms_can.rig.interrupt import signals_noted
-from rfms_can.rig.realtime import be_on_time
+from rfms_can.rig.realtime import set_real_time
 from rfms_can.rig.settings import RunSettings
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def run(
         record=record,
         attach=attach,
         as_json=as_json,
-        watch=lambda _: be_on_time(fifo, cpu, mlockall),
+        watch=lambda _: set_real_time(fifo, cpu, mlockall),
     )
 
 
@@ -57,7 +57,7 @@ def run_program(
     watch: Callable[["Rig"], None] | None = None,
     more: Callable[[], Mapping[str, Any]] = dict,
 ) -> None:
-    """Run a program file, show progress and result; ``more`` is what JSON has beside them.
+    """Run a program file, show progress and result; ``more`` gives further keys of the JSON.
 
     Exit code 1 after a latched fault; 130 after Ctrl-C and 143 after SIGTERM, the arm braked.
     """

@@ -1,4 +1,4 @@
-"""``rfms serve``: brings the arm up and serves coordinators; ``rfms keys``: who may come by TCP."""
+"""``rfms serve``: brings the arm up and serves coordinators; ``rfms keys``: keys for TCP."""
 
 import json
 import sys
@@ -18,7 +18,7 @@ from rfms_can.link.keys import ServerKeys, new_client_keys, new_server_keys
 from rfms_can.messages import ServerNumbers
 from rfms_can.messages.numbers import LATENCY_EDGES_NS
 from rfms_can.rig.interrupt import signals_noted
-from rfms_can.rig.realtime import be_on_time
+from rfms_can.rig.realtime import set_real_time
 from rfms_can.rig.settings import RunSettings, SettingsError
 
 if TYPE_CHECKING:
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 Shown = Callable[["Serving"], None]
 
-NameOption = Annotated[str, typer.Option("--name", help="what coordinators call the server")]
+NameOption = Annotated[str, typer.Option("--name", help="name of the server for coordinators")]
 TcpOption = Annotated[
     int | None, typer.Option("--tcp", help="listen on this TCP port and the two after it too")
 ]
 BindOption = Annotated[str, typer.Option("--bind", help="TCP address; without keys only loopback")]
 KeysOption = Annotated[
-    Path | None, typer.Option("--keys", help="key directory (rfms keys): TCP by these keys only")
+    Path | None, typer.Option("--keys", help="key directory (rfms keys); TCP requires these keys")
 ]
 
 
@@ -68,7 +68,7 @@ def serve(
             listening,
             record=record,
             attach=attach,
-            watch=lambda _: be_on_time(fifo, cpu, mlockall),
+            watch=lambda _: set_real_time(fifo, cpu, mlockall),
             ready=ready,
             shown=shown,
             interrupted=interrupt,
@@ -81,7 +81,7 @@ def serve(
 def keys(
     directory: Annotated[Path, typer.Argument(help="the server's key directory")],
     client: Annotated[
-        str | None, typer.Option("--client", help="make a pair for this client and let it in")
+        str | None, typer.Option("--client", help="make a pair for this client and authorise it")
     ] = None,
 ) -> None:
     """Make the CURVE keys of a server that listens on TCP, and of its clients."""
@@ -97,14 +97,14 @@ def _listening(name: str, tcp: int | None, bind: str, keys: Path | None) -> "Lis
 
     if tcp is None:
         if keys is not None:
-            raise SettingsError("--keys are of TCP connections: give --tcp PORT with them")
+            raise SettingsError("--keys works only with TCP connections: give --tcp PORT too")
         return Listening(name)
     return Listening(name, checked(bind, tcp), None if keys is None else ServerKeys.load(keys))
 
 
 @contextmanager
 def _status_line(name: str, *, quiet: bool) -> Iterator[Shown | None]:
-    """Show who controls the arm and what it does, and above it what happens."""
+    """Show the arm's state and who controls it, with the server's events above."""
     if quiet:
         yield None
         return
@@ -122,7 +122,7 @@ def _status_line(name: str, *, quiet: bool) -> Iterator[Shown | None]:
             while server.events:
                 console.print(f"{name}: {server.events.popleft()}", markup=False, highlight=False)
             status = server.status()
-            who = "nobody" if status.lease is None else repr(status.lease)
+            who = "no coordinator" if status.lease is None else repr(status.lease)
             progress.update(
                 task,
                 phase=status.phase,
@@ -133,7 +133,7 @@ def _status_line(name: str, *, quiet: bool) -> Iterator[Shown | None]:
         try:
             yield show
         except BaseException:
-            progress.remove_task(task)  # what went wrong is said in one line, and alone
+            progress.remove_task(task)  # the error is printed alone, in one line
             progress.disable = not console.is_terminal
             raise
 

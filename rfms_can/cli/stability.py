@@ -1,4 +1,4 @@
-"""``rfms stability``: closed-loop poles of an arm that complies, at a pose, on a path, on a map."""
+"""``rfms stability``: closed-loop poles of a compliant arm, at a pose, on a path, on a map."""
 
 import dataclasses
 import json
@@ -33,9 +33,9 @@ from rfms_can.transform import Transform
 COMPARED: Final = ControlLaw.WEIGHTED
 """The law a map of another law is drawn beside."""
 POINTS: Final = 61
-"""A side of the grid."""
+"""Grid points along either side."""
 FARTHEST_TOOL: Final = 10.0
-"""Of a compliance frame from T6, along each axis, m."""
+"""Largest distance of a compliance frame from T6 along each axis, m."""
 
 
 def stability(
@@ -50,14 +50,14 @@ def stability(
     ] = "0",
     law: Annotated[ControlLaw, typer.Option(help="the control law")] = ControlLaw.HYBRID,
     pose: Annotated[
-        str, typer.Option(help="six joint angles, rad, by commas; the park pose if absent")
+        str, typer.Option(help="six joint angles, rad, comma-separated; the park pose if absent")
     ] = "",
     path: Annotated[Path | None, typer.Option(help="file with six angles (rad) a line")] = None,
     grid: Annotated[str, typer.Option(help="two joints to vary over their ranges, e.g. 2,3")] = "",
     points: Annotated[
-        int | None, typer.Option(help="of the grid, along either side; 61 if absent")
+        int | None, typer.Option(help="grid points along either side; 61 if absent")
     ] = None,
-    random: Annotated[int, typer.Option(help="so many poses drawn from the joint ranges")] = 0,
+    random: Annotated[int, typer.Option(help="number of random poses in the joint ranges")] = 0,
     seed: Annotated[int, typer.Option(help="of the random poses")] = 1,
     natural: Annotated[
         str, typer.Option(help="natural frequency, rad/s, or six; the nodes' if absent")
@@ -77,17 +77,17 @@ def stability(
         float, typer.Option(help="velocity gains after Maples and Goldman: A of (5.13); 0: none")
     ] = 0.0,
     payload: Annotated[
-        float, typer.Option(help="mass at the compliance frame the rows do not know of, kg")
+        float, typer.Option(help="unmodelled mass at the compliance frame, kg")
     ] = 0.0,
     plot: Annotated[
         Path | None, typer.Option(help="picture of the grid: this law beside the weighted one")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
 ) -> None:
-    """Closed-loop poles (Eq. 5.22) of an arm that complies, continuous and as the bus samples it.
+    """Closed-loop poles (Eq. 5.22) of a compliant arm, in continuous and in sampled time.
 
-    At one pose the poles and how far the gains are from instability; on a path, a grid or random
-    poses how many are unstable, and the worst. Exit code 1 if any pose is unstable.
+    At one pose the poles and the gain margin; on a path, a grid or random poses the number of
+    unstable ones, and the worst. Exit code 1 if any pose is unstable.
     """
     study = Study(
         arm_by_name(arm),
@@ -108,7 +108,7 @@ def stability(
     if plot is not None and not grid:
         raise RfmsError("--plot draws a map: give --grid, e.g. --grid 2,3")
     if points is not None and not grid:
-        raise RfmsError("--points are of a grid: give --grid, e.g. --grid 2,3")
+        raise RfmsError("--points works only with a grid: give --grid, e.g. --grid 2,3")
     base = parse_pose(pose, study.arm) if pose else study.arm.park
     if grid:
         a_side = POINTS if points is None else points
@@ -132,13 +132,13 @@ def stability(
 
 
 def frame_of(text: str) -> Transform:
-    """The compliance frame a flag names.
+    """The compliance frame given by a flag.
 
     Raises:
-        RfmsError: it is not one, three or six numbers, or too far away.
+        RfmsError: it is not one, three or six numbers, or it is too far away.
     """
     numbers = _numbers(text, "tool")
-    if any(abs(way) > FARTHEST_TOOL for way in numbers[:3]):
+    if any(abs(offset) > FARTHEST_TOOL for offset in numbers[:3]):
         raise RfmsError(f"tool {text!r} is not within {FARTHEST_TOOL:g} m of the hand (T6)")
     if len(numbers) == 1:
         return Transform.translation(0.0, 0.0, numbers[0])
@@ -180,7 +180,7 @@ def _numbers(text: str, what: str) -> list[float]:
     except ValueError:
         numbers = []
     if not numbers or not np.isfinite(numbers).all():
-        raise RfmsError(f"{what} {text!r} is no list of numbers: e.g. 0.1 or 0,0,0.1")
+        raise RfmsError(f"{what} {text!r} is not a list of numbers: e.g. 0.1 or 0,0,0.1")
     return numbers
 
 

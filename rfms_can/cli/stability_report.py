@@ -1,4 +1,4 @@
-"""What ``rfms stability`` prints: the poles of a pose, the count of a survey, JSON."""
+"""Output of ``rfms stability``: the poles of a pose, the counts of a survey, JSON."""
 
 from typing import Any, Final
 
@@ -13,7 +13,7 @@ _SHOWN: Final = 20
 
 
 def as_plain(found: Survey) -> dict[str, Any]:
-    """A survey as JSON takes it."""
+    """A survey as plain data for JSON."""
     study = found.study
     return {
         "arm": study.arm.name,
@@ -45,7 +45,7 @@ def _plain(a: Analysis) -> dict[str, Any]:
 
 
 def print_pose(study: Study, a: Analysis) -> None:
-    """Poles of both loops, and how far they are from instability."""
+    """Poles of both loops, and their stability margin."""
     console, period = Console(highlight=False), 1.0 / study.rate_hz
     name = f"{study.arm.name}, law {study.law.value}, {study.selection.word}"
     table = _table(f"{name}: continuous", "pole 1/s", "frequency rad/s", "damping")
@@ -80,7 +80,7 @@ def _complex(value: complex, digits: int) -> str:
 
 
 def print_survey(found: Survey) -> None:
-    """How many poses are unstable, and the worst of them."""
+    """Number of unstable poses, and the worst of them."""
     console, study = Console(highlight=False), found.study
     total = len(found.analyses)
     unstable = [a for a in found.analyses if a.growth > 0.0 or not a.sampled_stable]
@@ -96,7 +96,7 @@ def print_survey(found: Survey) -> None:
     console.print(
         f"{study.arm.name}, law {study.law.value}, {study.selection.word}: {found.unstable} of "
         f"{total} poses unstable, {found.unstable_sampled} on the bus at {study.rate_hz:g} Hz; "
-        f"drifting, as nothing brakes what complies: {found.drifting}; "
+        f"drifting, the compliant directions being undamped: {found.drifting}; "
         f"near a singularity, where C is bounded: {found.conflicting}"
     )
 

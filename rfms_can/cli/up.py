@@ -1,4 +1,4 @@
-"""``rfms up``: all processes at once, their health on the screen, no orphan afterwards."""
+"""``rfms up``: starts all processes, shows their health, and leaves no orphan."""
 
 import time
 from collections.abc import Mapping
@@ -26,15 +26,15 @@ LOOK_S = 0.25
 @takes_settings(defaults=DEFAULT_BUS)
 def up(
     program: Annotated[
-        Path | None, typer.Argument(help="what the master runs; without one it waits, braked")
+        Path | None, typer.Argument(help="program to run; without one the master waits, braked")
     ] = None,
     *,
     settings: RunSettings,
     without: Annotated[
-        str, typer.Option("--without", help="nodes that come from elsewhere, e.g. 3 or 3,8")
+        str, typer.Option("--without", help="nodes that are started elsewhere, e.g. 3 or 3,8")
     ] = "",
     keep_going: Annotated[
-        bool, typer.Option("--keep-going", help="when one dies, leave the others")
+        bool, typer.Option("--keep-going", help="when one dies, keep the others running")
     ] = False,
     record: RecordOption = None,
     as_json: JsonOption = False,
@@ -64,7 +64,7 @@ def _watch(
                     fleet.watch(LOOK_S)
                 except BusError:
                     if stop():
-                        return  # the hub was told to stop as well
+                        return  # the hub was stopped as well
                     raise
                 if as_json:
                     typer.echo(msgspec.json.encode(list(fleet.health.values())).decode())
@@ -83,24 +83,24 @@ def _watch(
         fleet.close()
     master = fleet.children.get(MASTER)
     if master is not None and master.pid in known:
-        raise RfmsError(f"{describe(master)}: its run was not good, whoever went on")
+        raise RfmsError(f"{describe(master)}: its run failed")
 
 
 def _table(health: Mapping[int, "Health"], settings: RunSettings) -> Table:
     table = Table(title=f"{settings.arm} on {settings.bus}  {time.strftime('%H:%M:%S')}")
     for heading in ("node", "pid", "state", "register", "discarded", "silent [s]", "emergency"):
         table.add_column(heading)
-    for one in msgspec.to_builtins(list(health.values())):
-        silent = "" if one["silent_s"] is None else f"{one['silent_s']:.1f}"
-        state = one["state"] if one["alive"] else "[red]dead[/]"
+    for node in health.values():
+        silent = "" if node.silent_s is None else f"{node.silent_s:.1f}"
+        state = node.state if node.alive else "[red]dead[/]"
         table.add_row(
-            one["node"],
-            str(one["pid"] or "-"),
+            node.node,
+            str(node.pid or "-"),
             state,
-            f"{one['register']:#06x}",
-            str(one["discarded"]),
+            f"{node.register:#06x}",
+            str(node.discarded),
             silent,
-            one["emergency"],
+            node.emergency,
         )
     return table
 

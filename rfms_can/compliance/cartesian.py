@@ -2,9 +2,9 @@
 
 Their law is tau = K_theta J^-1 (I-S) dx with dx from the desired and the actual pose; ours puts
 J dtheta for dx. Both have the same Jacobian and so the same rows, poles and behaviour for small
-errors. What differs is of second order in the error: the part of dx that J dtheta misses. The
-nodes exchange joint errors alone, so this part is for whoever knows both poses, the master: it
-travels as bias torque, one period late, and is zero where the arm is on its set-point.
+errors. The difference is of second order in the error: dx - J dtheta. The nodes exchange only joint
+errors, so the master, which knows both poses, computes it and sends it as bias torque, one period
+late; it is zero where the arm is on its set-point.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ Matrix = npt.NDArray[np.float64]
 
 
 def cartesian_error(desired: Transform, actual: Transform, frame: Transform) -> Matrix:
-    """How the compliance frame must move from where it is to where it should be.
+    """Displacement of the compliance frame from its actual to its desired pose.
 
     Args:
         desired, actual: T6, set-point and from the encoders.
@@ -33,10 +33,10 @@ def cartesian_error(desired: Transform, actual: Transform, frame: Transform) -> 
 
 
 def cartesian_part(J: Matrix, C: Matrix, dx: Matrix, errors: Matrix) -> Matrix:
-    """J^-1 (I-S) dx less C dtheta: what Raibert and Craig's real error has beside ours.
+    """J^-1 (I-S) dx less C dtheta: Raibert and Craig's real error less ours.
 
     Written C J^+ (dx - J dtheta), so that the bounded C bounds it too. Multiplied by the nodes'
-    K_p it is the bias torque that makes their law of ours.
+    K_p it is the bias torque that turns our law into theirs.
 
     Args:
         J: (6, 6), Jacobian of the compliance frame at the actual angles.

@@ -1,4 +1,4 @@
-"""The Jacobian of the compliance frame: where and along which axes the arm complies."""
+"""The Jacobian of the compliance frame, in whose origin and axes the arm complies."""
 
 import numpy as np
 import numpy.typing as npt
@@ -22,13 +22,13 @@ def compliance_jacobian(J: Matrix, frame: Transform) -> Matrix:
         (6, 6): rows vx vy vz (m) wx wy wz (rad) per radian of theta1 .. theta6.
 
     Raises:
-        TransformError: ``frame`` is no rotation and translation.
+        TransformError: ``frame`` is not rigid.
     """
-    off = frame.rigidity_error()
-    if not off <= RIGID_TOLERANCE:
+    deviation = frame.rigidity_error()
+    if not deviation <= RIGID_TOLERANCE:
         raise TransformError(
-            f"compliance frame {tuple(frame)} is not rigid: n, o, a are {off:.3g} away from a "
-            f"right-handed orthonormal set, {RIGID_TOLERANCE:g} at most"
+            f"compliance frame {tuple(frame)} is not rigid: n, o, a deviate by {deviation:.3g} "
+            f"from a right-handed orthonormal set, {RIGID_TOLERANCE:g} at most"
         )
     product: Matrix = np.array(differential_transform(frame)) @ J
     return product

@@ -1,4 +1,4 @@
-"""Which joint is freed for which compliant direction (Paul and Shimano's free-joint method)."""
+"""Pairing of free joints with compliant directions (Paul and Shimano's free-joint method)."""
 
 from itertools import permutations
 from typing import Final, NamedTuple
@@ -11,8 +11,8 @@ from rfms_can.compliance.selection import Selection
 Matrix = npt.NDArray[np.float64]
 
 _HELD: Final = 1e-3
-"""Smallest singular value, of columns scaled to length 1, with which the joints that are left
-count as holding the rigid directions."""
+"""Smallest singular value, of columns scaled to length 1, with which the remaining joints count as
+able to hold the rigid directions."""
 
 
 class Matching(NamedTuple):
@@ -20,8 +20,8 @@ class Matching(NamedTuple):
 
     Attributes:
         joints: indices (0 to 5), one for each compliant direction, in the order of S.
-        abilities: part of the joint's motion that is along its direction, 0 to 1; 1 is a joint
-            that provides the direction and nothing else.
+        abilities: fraction of the joint's motion along its direction, 0 to 1; 1 is a joint that
+            moves only in this direction.
     """
 
     joints: tuple[int, ...]
@@ -32,7 +32,7 @@ def match_joints(J: Matrix, selection: Selection, length: float) -> Matching:
     """Pair each compliant direction with the joint best able to provide it.
 
     The ability of joint j in direction i is |J_ij| over the length of column j, metres divided by
-    ``length``. Of all ways to give the directions different joints (720 at most) the one with the
+    ``length``. Of all pairings of the directions with joints (720 at most) the one with the
     largest sum of abilities is taken, the lowest joints where sums are equal; pairings whose
     remaining joints cannot hold the rigid directions come last. The thesis' "most closely" leaves
     the measure open; this one is ours.
@@ -42,7 +42,7 @@ def match_joints(J: Matrix, selection: Selection, length: float) -> Matching:
     Args:
         J: (6, 6), Jacobian of the compliance frame.
         selection: what complies.
-        length: what a radian is worth, m; of the size of the arm's links.
+        length: length equivalent of a radian, m; of the size of the arm's links.
     """
     scaled = J / np.repeat([length, 1.0], 3)[:, np.newaxis]
     scaled = scaled / np.linalg.norm(scaled, axis=0)
@@ -62,5 +62,5 @@ def match_joints(J: Matrix, selection: Selection, length: float) -> Matching:
 
 
 def _smallest(square: Matrix) -> float:
-    """Smallest singular value; of nothing, 1: it holds what is asked of it."""
+    """Smallest singular value; 1 for an empty matrix."""
     return float(np.linalg.svd(square, compute_uv=False)[-1]) if square.size else 1.0

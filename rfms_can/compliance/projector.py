@@ -1,9 +1,9 @@
-"""A projector in joint space that stays bounded where its two subspaces fall together.
+"""A projector in joint space that stays bounded where its two subspaces coincide.
 
 C_theta = J^-1 (I-S) J (5.10b) splits the joint error in two. Its range V are the joint motions
 that do not move the compliant directions, the null space of the rows A_c = S J. Its null space W
-are the errors that show in compliant directions only, the null space of A_p = (I-S) J. Where the
-arm is singular a compliant and a rigid direction can no longer be moved apart: a row of A_c and
+are the errors in compliant directions only, the null space of A_p = (I-S) J. Where the arm is
+singular, a compliant and a rigid direction can no longer be moved independently: a row of A_c and
 one of A_p become parallel, V and W share a motion, and C grows without limit.
 
 With the inertia matrix M as metric and principal vectors v_i of V, c_i of its orthogonal
@@ -11,19 +11,19 @@ complement,
 
     C = sum v_i v_i^T + sum k_i v_i c_i^T,    k_i = cot(angle between V and W).
 
-The first sum is the orthogonal projector on V; the second couples into V what shows in compliant
-directions. C^2 = C for *any* k_i, since v_i^T c_j = 0: the couplings may be damped one by one, and
-the result is a projector of the same rank and range. Up to ``limit`` they stay as they are. Beyond
-they fall again, y / (1 - y^2 + y^4) of the limit with y = limit / k_i (the variable damping of
-damped least squares, smooth at the limit), and vanish at the singularity, where k_i changes its
-sign through infinity: so C is continuous along a path through it, and its norm in the metric is
-at most sqrt(1 + (1.07 limit)^2). How fast it changes depends on the path: the direction the arm
-loses may be all but compliant itself (within an angle of epsilon, radians), and then V turns while
-the sine of the margin goes from -epsilon to epsilon.
+The first sum is the orthogonal projector on V; the second couples errors in compliant directions
+into V. C^2 = C for *any* k_i, since v_i^T c_j = 0: the couplings may be damped one by one, and the
+result is a projector of the same rank and range. Up to ``limit`` they are unchanged. Beyond, they
+fall again, y / (1 - y^2 + y^4) of the limit with y = limit / k_i (the variable damping of damped
+least squares, smooth at the limit), and vanish at the singularity, where k_i changes its sign
+through infinity: so C is continuous along a path through it, and its norm in the metric is at most
+sqrt(1 + (1.07 limit)^2). Its rate of change depends on the path: the direction that the arm loses
+may be almost compliant (within an angle of epsilon, radians), and then V turns while the sine of
+the margin goes from -epsilon to epsilon.
 
-Keeping V means that compliance comes first: nothing that is corrected pushes in a compliant
-direction. What is given up is the rigid direction in conflict. At the singularity the motion that
-is let go is M^-1 A_c^T f, that which a force f in the compliant directions brings about.
+V is kept, so compliance has priority: no correction acts in a compliant direction. The conflicting
+rigid direction is given up. At the singularity the free motion is M^-1 A_c^T f, that of a force f
+in the compliant directions.
 """
 
 from collections.abc import Sequence
@@ -35,23 +35,22 @@ import numpy.typing as npt
 Matrix = npt.NDArray[np.float64]
 
 COUPLING_LIMIT: Final = 8.0
-"""Largest cotangent, in the inertia metric, that is left as it is: three degrees or so of theta5
-from the wrist singularity of either PUMA. Away from singularities couplings stay below 4."""
+"""Largest undamped cotangent in the inertia metric: about three degrees of theta5 from the wrist
+singularity of either PUMA. Away from singularities couplings stay below 4."""
 
 OVERSHOOT: Final = 1.0665
 """Largest damped coupling over the limit: max of y / (1 - y^2 + y^4)."""
 
 
 class Projection(NamedTuple):
-    """A bounded projector and how it came about.
+    """A bounded projector and its couplings.
 
     Attributes:
         matrix: (6, 6).
         couplings: cotangents of the angles between range and null space, smallest first; empty
-            where it was enough to know that all are within the limit.
-        blocked, measured: (n, 6) each, one row for each coupling beyond the limit: the parts of
-            the range's complement and of the measured rows that fall together, as rows over joint
-            angles.
+            if only known to be within the limit.
+        blocked, measured: (n, 6) each, one row for each coupling beyond the limit: the coinciding
+            directions of the range's complement and of the measured rows, over joint angles.
     """
 
     matrix: Matrix
@@ -66,10 +65,10 @@ def bounded_projector(
     """The projector with range null(blocked) and, within the limit, null space null(measured).
 
     Args:
-        blocked: (k, 6) of rank k: rows that what is corrected must not move.
-        measured: (6 - k, 6) of rank 6 - k: rows of the errors that count.
+        blocked: (k, 6) of rank k: rows of the directions that corrections must not move.
+        measured: (6 - k, 6) of rank 6 - k: rows of the errors to be corrected.
         inertia: (6, 6), symmetric and positive definite: the metric.
-        limit: largest coupling that is left as it is.
+        limit: largest undamped coupling.
     """
     k = len(blocked)
     none = np.zeros((0, 6))
@@ -102,7 +101,7 @@ def bounded_projector(
 def tame_projector(
     J: Matrix, compliant: npt.NDArray[np.bool_], inertia: Matrix, limit: float = COUPLING_LIMIT
 ) -> Projection | None:
-    """J^-1 (I-S) J itself, where no coupling can be beyond the limit: a fifth of the work.
+    """J^-1 (I-S) J itself if no coupling can exceed the limit: a fifth of the computation.
 
     The squares of its elements in the metric sum up to 6 - n + sum k_i^2.
 
@@ -112,11 +111,11 @@ def tame_projector(
         inertia, limit: as for ``bounded_projector``.
 
     Returns:
-        None where a coupling may be beyond it, or J cannot be inverted.
+        None if a coupling may exceed the limit, or J cannot be inverted.
     """
     none = np.zeros((0, 6))
     if not compliant.any():
-        return Projection(np.eye(6), (), none, none)  # exactly, however near a singularity
+        return Projection(np.eye(6), (), none, none)  # exact, also near a singularity
     try:
         solved = np.linalg.solve(J, np.where(compliant[:, np.newaxis], 0.0, J))
     except np.linalg.LinAlgError:
@@ -129,7 +128,7 @@ def tame_projector(
 
 
 def damped(coupling: float, limit: float) -> float:
-    """A coupling as it is used: itself up to the limit, falling to zero beyond."""
+    """The damped coupling: unchanged up to the limit, falling to zero beyond."""
     if coupling <= limit:
         return coupling
     y2 = (limit / coupling) ** 2
@@ -137,7 +136,7 @@ def damped(coupling: float, limit: float) -> float:
 
 
 def metric_norm(matrix: Matrix, inertia: Matrix) -> float:
-    """Largest gain of a matrix over joint angles where length is sqrt(x^T M x)."""
+    """Norm of a matrix over joint angles in the metric sqrt(x^T M x)."""
     root = np.linalg.cholesky(inertia)
     return float(np.linalg.norm(root.T @ matrix @ np.linalg.inv(root.T), 2))
 

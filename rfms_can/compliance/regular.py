@@ -8,11 +8,11 @@ from rfms_can.kinematics.geometry import Geometry, Joints
 
 
 def regular_pose(arm: Geometry, q: Sequence[float]) -> Joints:
-    """``q``, with joints 2, 3 and 5 turned just so far that no singularity is within its bound.
+    """``q``, with joints 2, 3 and 5 moved by the least angles that keep all singularity bounds.
 
-    At a singular pose itself the directions in joint space that C_theta separates have no
-    definite limit in a 6 x 6 matrix of numbers, though they have one along any path through it.
-    A millionth beside it they are known to ten digits. Elsewhere ``q`` comes back as it is.
+    At a singular pose the directions in joint space that C_theta separates are numerically
+    undefined, though they have a limit along any path through it. At a distance of a millionth they
+    are known to ten digits. A regular ``q`` is returned unchanged.
 
     Args:
         arm: its lengths.
@@ -34,5 +34,5 @@ def regular_pose(arm: Geometry, q: Sequence[float]) -> Joints:
 
 
 def _step(margin: float, bound: float, slope: float) -> float:
-    """How far to turn so that a small margin grows to its bound, on the side it is on."""
+    """Angle that increases a small margin to its bound, with the same sign."""
     return (math.copysign(bound, margin) - margin) / slope

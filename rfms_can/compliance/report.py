@@ -1,4 +1,4 @@
-"""What a compliance specification costs at a pose: which directions cannot be had apart."""
+"""Conflicts of a compliance specification at a pose: directions that are not independent."""
 
 from typing import NamedTuple
 
@@ -11,15 +11,15 @@ from rfms_can.compliance.selection import DIRECTIONS, Selection
 Matrix = npt.NDArray[np.float64]
 
 _NAMED = 0.4
-"""Part of the largest component from which a direction is named."""
+"""Fraction of the largest component above which a direction is named."""
 
 
 class Conflict(NamedTuple):
-    """A compliant and a rigid direction which the arm cannot move apart at this pose.
+    """A compliant and a rigid direction that are not independent at this pose.
 
     Attributes:
-        compliant: words of the directions that go on complying.
-        rigid: words of those whose position is not held against them.
+        compliant: words of the directions that stay compliant.
+        rigid: words of those whose position is not held.
         coupling: the cotangent that was damped; infinite at the singularity.
     """
 
@@ -30,7 +30,7 @@ class Conflict(NamedTuple):
     def __str__(self) -> str:
         return (
             f"comply {' '.join(self.compliant)}: near a singularity {' '.join(self.rigid)} "
-            f"cannot be held beside it (coupling {self.coupling:.3g})"
+            f"cannot be held as well (coupling {self.coupling:.3g})"
         )
 
 
@@ -55,16 +55,16 @@ def conflicts(projection: Projection, J: Matrix, selection: Selection) -> tuple[
 def out_of_reach(
     J: Matrix, selection: Selection, length: float, bound: float = 0.01
 ) -> tuple[str, ...]:
-    """Compliant directions along which the arm can hardly move: a force there meets its frame.
+    """Compliant directions in which the arm can hardly move: its structure takes a force there.
 
     Args:
         J: (6, 6), Jacobian of the compliance frame.
         selection: what complies.
-        length: what a radian is worth, m; of the size of the arm's links.
+        length: length equivalent of a radian, m; of the size of the arm's links.
         bound: smallest singular value of the compliant rows, lengths in ``length``.
 
     Returns:
-        The words of the direction that is lost; empty if none is.
+        The words of the lost direction; empty without one.
     """
     mask = selection.mask
     if not mask.any():
@@ -75,7 +75,7 @@ def out_of_reach(
 
 
 def _words(rows: Matrix, covector: Matrix, mask: npt.NDArray[np.bool_]) -> tuple[str, ...]:
-    """The directions a row over joint angles is made of, by the length it owes each of them."""
+    """The main directions of a row over joint angles, by their contributions to its length."""
     weights = np.linalg.lstsq(rows.T, covector, rcond=None)[0]
     return _largest(weights * np.linalg.norm(rows, axis=1), mask)
 

@@ -1,4 +1,4 @@
-"""Which directions comply: RCCL's words and the selection matrix S of (5.1)."""
+"""Compliant directions: RCCL's words and the selection matrix S of (5.1)."""
 
 from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
@@ -10,15 +10,15 @@ from rfms_can.errors import ProgramError
 
 DIRECTIONS: Final = ("fx", "fy", "fz", "rx", "ry", "rz")
 """Words of the six directions of the compliance frame: along and about its axes."""
-STRONGEST: Final = 1e5
-"""Bias force or moment that may be asked for, N or N m: far beyond what any arm is let to."""
+MAX_BIAS: Final = 1e5
+"""Largest bias force or moment of a request, N or N m: far beyond any arm."""
 
 Bias = tuple[float, float, float, float, float, float]
 """Forces and moments, N and N m, in the order of ``DIRECTIONS``."""
 
 
 class SelectionError(ProgramError, ValueError):
-    """A word that names no direction, names one twice, or locks what does not comply."""
+    """An unknown or repeated direction, or a lock of one that does not comply."""
 
 
 class Selection(NamedTuple):
@@ -46,7 +46,7 @@ class Selection(NamedTuple):
         for name in names:
             if name not in DIRECTIONS:
                 raise SelectionError(
-                    f"selection {word!r}: {name!r} is no direction: there are "
+                    f"selection {word!r}: {name!r} is not a direction; there are: "
                     f"{', '.join(DIRECTIONS)}"
                 )
             if names.count(name) > 1:
@@ -65,7 +65,7 @@ class Selection(NamedTuple):
 
     @property
     def size(self) -> int:
-        """How many directions comply, 0 to 6."""
+        """Number of compliant directions, 0 to 6."""
         return sum(self)
 
     @property
@@ -74,11 +74,11 @@ class Selection(NamedTuple):
         return np.array(self, dtype=np.bool_)
 
     def with_(self, other: "Selection") -> "Selection":
-        """Both: what complies after ``comply``."""
+        """The union: the selection after ``comply``."""
         return Selection.of(a or b for a, b in zip(self, other, strict=True))
 
     def without(self, other: "Selection") -> "Selection":
-        """What still complies after ``lock``.
+        """The difference: the selection after ``lock``.
 
         Raises:
             SelectionError: a direction to be locked does not comply.
@@ -93,7 +93,7 @@ class Selection(NamedTuple):
 
 
 def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, Bias]:
-    """What ``comply`` asks: directions, and the bias force or moment along each.
+    """Parse a ``comply`` request: directions, and the bias force or moment along each.
 
     Args:
         word: directions, e.g. ``"fx fy rx ry"``.
@@ -103,7 +103,7 @@ def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, Bias]:
         The selection, and the bias in the order of ``DIRECTIONS`` (6), zero where it is rigid.
 
     Raises:
-        SelectionError: as :meth:`Selection.parse`; not a value for each, or one that is none.
+        SelectionError: as :meth:`Selection.parse`; not one value for each, or not a number.
     """
     selection, names = Selection.parse(word), word.split()
     if len(values) != len(names):
@@ -112,10 +112,10 @@ def parse_bias(word: str, values: Sequence[float]) -> tuple[Selection, Bias]:
             f"force or moment of each, 0.0 for none"
         )
     for name, value in zip(names, values, strict=True):
-        if not abs(value) <= STRONGEST:  # also NaN
+        if not abs(value) <= MAX_BIAS:  # also NaN
             raise SelectionError(
                 f"comply {word!r}: the bias of {name} is {value}; give N or N m, "
-                f"{STRONGEST:g} at most"
+                f"{MAX_BIAS:g} at most"
             )
     bias = dict(zip(names, values, strict=True))
     x, y, z, rx, ry, rz = (bias.get(name, 0.0) for name in DIRECTIONS)

@@ -1,6 +1,6 @@
 """The user's program API: transforms, position equations, modes, moves.
 
-All a program needs is here: :class:`Arm`, what it defines with it, and the errors it may catch.
+Everything a program needs: :class:`Arm`, the types of its arguments, and the errors it may catch.
 """
 
 from rfms_can.compliance.selection import SelectionError

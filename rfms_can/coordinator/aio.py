@@ -1,4 +1,4 @@
-"""The program API for coroutines: the words of :class:`Arm`, awaited.
+"""The program API for coroutines: the methods of :class:`Arm`, awaited.
 
 ::
 
@@ -31,11 +31,11 @@ from rfms_can.transform import Transform
 
 
 class AsyncArm(ArmView):
-    """What a user program moves, from coroutines.
+    """The arm of a user program of coroutines.
 
     Attributes:
         t6: the arm itself, in position equations.
-        gripper: opens and closes.
+        gripper: of the arm.
     """
 
     def __init__(self, link: AsyncLink) -> None:
@@ -44,17 +44,17 @@ class AsyncArm(ArmView):
         self.gripper = AsyncGripper(link)
 
     async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
-        """Run coroutines side by side as parts of this program.
+        """Run coroutines concurrently as parts of this program.
 
-        In virtual time and lockstep time goes on only while all of them wait for the arm (``wait``,
-        ``sleep``, the gripper, ``stop``): a part that awaits anything else holds it. In real time
-        it goes on anyway.
+        In virtual time and lockstep time advances only while all of them wait for the arm
+        (``wait``, ``sleep``, the gripper, ``stop``): a part that awaits anything else stops it. In
+        real time it advances in any case.
 
         Returns:
-            What they return, in order.
+            Their results, in order.
 
         Raises:
-            BaseException: what one of them raises; the others are cancelled.
+            BaseException: of one of them; the others are cancelled.
         """
         return await self._link.run(*parts)
 
@@ -152,7 +152,7 @@ class AsyncArm(ArmView):
     # --- time ---------------------------------------------------------------------------------
 
     async def wait(self, sequence: int | None = None) -> None:
-        """See :meth:`Arm.wait`; however long: another part may resume the arm, or stop it."""
+        """See :meth:`Arm.wait`; without a timeout: another part may resume or stop the arm."""
         await self._link.wait(self._moves.over(sequence))
 
     async def sleep(self, seconds: float) -> None:

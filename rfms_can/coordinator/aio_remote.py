@@ -1,4 +1,4 @@
-"""``RemoteLink`` for coroutines: replies wake whoever asked, and several may wait at once."""
+"""``RemoteLink`` for coroutines, several of which may wait concurrently."""
 
 import asyncio
 import time
@@ -35,9 +35,9 @@ class AsyncRemoteLink:
     """``AsyncLink`` on a server's sockets; one object for one event loop.
 
     Args:
-        socket: connected; whoever made it closes it.
-        name: who asks for the arm, for those who are refused.
-        lease_s: how long the server waits for a sign of life before it stops the arm, s.
+        socket: connected; the caller closes it.
+        name: of this coordinator, shown to others that are refused.
+        lease_s: time without a renewal after which the server stops the arm, s.
         now: local time, s, monotonic.
     """
 
@@ -77,21 +77,21 @@ class AsyncRemoteLink:
         await self.wait(*stopped(self.status()))
 
     async def release(self) -> None:
-        """Give the lease back, if the server is still there; an arm that moves is stopped."""
+        """Release the lease, if the server still answers; a moving arm is stopped."""
         with suppress(RfmsError):  # it has lapsed, or will
             await self.request(self._lease.release)
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    # --- what a program asks ------------------------------------------------------------------
+    # --- requests -----------------------------------------------------------------------------
 
     async def request(self, message: ArmRequest | LeaseRequest) -> Answer:
-        """Hand a message over; see ``RemoteLink.request``."""
+        """Send a request; see ``RemoteLink.request``."""
         return await self._in_turn(message)
 
     async def wait(self, *any_of: AnyCondition) -> None:
-        """Let time go on until one of some conditions holds, for this part of the program."""
+        """Let time advance until one of the conditions holds, for this part of the program."""
         await self._parts.wait(any_of)
 
     async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
@@ -99,7 +99,7 @@ class AsyncRemoteLink:
         return await self._parts.run(parts)
 
     def status(self) -> Status:
-        """The newest state of the arm: that of the last reply, in real time a later broadcast."""
+        """The newest state of the arm, of the last reply or, in real time, of a later broadcast."""
         return self._conversation.status
 
     def time(self) -> float:
@@ -109,7 +109,7 @@ class AsyncRemoteLink:
     # --- replies ------------------------------------------------------------------------------
 
     async def _in_turn(self, message: AnyRequest) -> Answer:
-        """One request after the other: only the last is answered again if its reply is lost."""
+        """One request at a time: the server repeats only its last reply."""
         async with self._lock:
             try:
                 return await self._exchange(message)
@@ -131,7 +131,7 @@ class AsyncRemoteLink:
         raise self._conversation.silent()
 
     def _ask(self, waiting: Sequence[Waiting]) -> None:
-        """One wait for all that is waited for; it takes the place of an earlier one."""
+        """Send one wait for all waiting parts; it replaces an earlier one."""
         self._to_ask = waiting
         if not self._lock.locked():
             self._send_wait()
@@ -139,13 +139,13 @@ class AsyncRemoteLink:
     def _send_wait(self) -> None:
         waiting, self._to_ask = self._to_ask, ()
         if waiting:
-            conditions = [condition for one in waiting for condition in one.any_of]
+            conditions = [condition for part in waiting for condition in part.any_of]
             wait = self._conversation.number(WaitRequest(conditions))
             self._asked[wait.serial] = waiting
             self._socket.send(wait.data)
 
     async def _receive(self) -> None:
-        """Hand every reply to whom it is for."""
+        """Assign every reply to its request."""
         while True:
             data = await self._socket.receive(self._lease.duration_s)
             if data is None:
@@ -176,7 +176,7 @@ class AsyncRemoteLink:
                 self._conversation.hear(data, self._now())
 
     async def _guarded(self, task: Coroutine[Any, Any, None]) -> None:
-        """Run something in the background; whoever waits is told why it ended."""
+        """Run a task in the background; if it fails, waiting parts get its error."""
         try:
             await task
         except Exception as error:

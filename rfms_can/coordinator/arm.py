@@ -1,6 +1,6 @@
-"""The program API: a robot coordinator's view of the arm (thesis V.5, VI.3.1).
+"""The program API: the robot coordinator's interface to the arm (thesis V.5, VI.3.1).
 
-A program is a function that is given an :class:`Arm`::
+A program is a function of an :class:`Arm`::
 
     def program(arm):
         tool = arm.transform("tool", Transform.translation(0.0, 0.0, 0.1))
@@ -11,9 +11,9 @@ A program is a function that is given an :class:`Arm`::
         arm.gripper.close()
 
 It is the same program in the master's process (``rfms run``) and over the link (``connect``). A
-request takes effect at the next cycle; in virtual time and lockstep time waits while the program
-runs between two waits. Whatever asks something of the arm raises ``FaultError`` once a fault has
-halted it, over the link also ``LeaseError`` and ``LinkError``.
+request takes effect at the next cycle; in virtual time and lockstep time stands still while the
+program runs between two waits. Every request raises ``FaultError`` once a fault has halted the arm,
+over the link also ``LeaseError`` and ``LinkError``.
 """
 
 from collections.abc import Sequence
@@ -39,11 +39,11 @@ from rfms_can.transform import Transform
 
 
 class Arm(ArmView):
-    """What a user program moves.
+    """The arm of a user program.
 
     Attributes:
         t6: the arm itself, in position equations.
-        gripper: opens and closes.
+        gripper: of the arm.
     """
 
     def __init__(self, link: Link) -> None:
@@ -54,24 +54,24 @@ class Arm(ArmView):
     # --- the world model ----------------------------------------------------------------------
 
     def transform(self, name: str, value: Transform) -> Expression:
-        """Define a transform of kind value; positions defined later take what it is then.
+        """Define a transform of kind value; positions defined later use its value at that time.
 
         Raises:
-            TransformError: it is no transform, or the server refuses it.
+            TransformError: it is not a transform, or the server refuses it.
         """
         self._link.request(definitions.value(name, value))
         return Expression(name)
 
     def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
-        """Define a transform of kind reference: read anew each cycle, also by moves under way.
+        """Define a transform of kind reference: read in every cycle, also by the current move.
 
         Args:
             name: its name in the world model.
-            value: what it is until it is observed.
-            predict: between observations ``"hold"`` the last, or go on with its ``"velocity"``.
+            value: initial value, until the first observation.
+            predict: between observations ``"hold"`` the last, or extrapolate by its ``"velocity"``.
 
         Raises:
-            TransformError: it is no transform, or the server refuses it.
+            TransformError: it is not a transform, or the server refuses it.
         """
         self._link.request(self._reference(name, value, predict))
         return Expression(name)
@@ -84,11 +84,11 @@ class Arm(ArmView):
         Args:
             name: its name in the world model.
             function: ``Linear``, ``Circular``, ``Weave`` or ``Table`` of the motion parameters
-                h or t (thesis III.3.4); moves asked for later take it.
-            base: what stands left of the function.
+                h or t (thesis III.3.4); used by moves requested later.
+            base: transform left of the function.
 
         Raises:
-            TransformError: it is no function, or the server refuses it.
+            TransformError: it is not a function, or the server refuses it.
         """
         self._link.request(definitions.functional(name, function, base))
         return Expression(name)
@@ -100,20 +100,20 @@ class Arm(ArmView):
         at: float | None = None,
         twist: Sequence[float] | None = None,
     ) -> None:
-        """Tell the server where the object of a reference transform was seen.
+        """Send an observation of a reference transform to the server.
 
-        The motion under way changes for it, within the acceleration its mode allows.
+        The current motion is corrected, within the acceleration its mode allows.
 
         Args:
-            reference: its name, or the expression its definition gave.
-            value: where it was seen.
-            at: when: the server's time, s (``arm.time`` less the observation's age); None: now.
+            reference: its name, or the expression returned by its definition.
+            value: observed value.
+            at: the server's time of the observation, s (``arm.time`` less its age); None: now.
             twist: velocity of its origin, m/s, and its angular velocity, rad/s, in the frame the
                 value is given in (6); estimated from the observations if not given.
 
         Raises:
-            TransformError: it is no reference of this program, or the observation lies in the
-                future or is too old.
+            TransformError: it is not a reference of this program, or the observation is in the
+                future or too old.
         """
         self._link.request(self._observation(reference, value, at, twist))
 
@@ -131,8 +131,8 @@ class Arm(ArmView):
         Args:
             name: its name; a position is defined once.
             equation: e.g. ``arm.t6 @ tool == part @ above``.
-            tool: whose frame runs along straight lines; all that stands right of T6 if not given.
-            compliance: in whose frame the arm complies; the tool's if not given.
+            tool: its frame moves along straight lines; all transforms right of T6 if not given.
+            compliance: compliance frame; the tool's if not given.
             config: e.g. ``"left up noflip"``; the arm's own when enabled if not given.
 
         Raises:
@@ -142,7 +142,7 @@ class Arm(ArmView):
         return name
 
     def mode(self, name: str, **settings: Unpack[ModeSettings]) -> str:
-        """Define how a segment is moved; a mode is defined once.
+        """Define the motion parameters of a segment; a mode is defined once.
 
         Args:
             name: its name.
@@ -150,7 +150,7 @@ class Arm(ArmView):
                 speeds.
 
         Raises:
-            ModeError: it contradicts itself, or a number is out of bounds.
+            ModeError: settings contradict one another, or a number is out of bounds.
         """
         self._link.request(definitions.mode(name, settings))
         return name
@@ -158,31 +158,31 @@ class Arm(ArmView):
     # --- motion -------------------------------------------------------------------------------
 
     def move(self, position: str, mode: str) -> int:
-        """Move to a position; returns the move's sequence number at once.
+        """Queue a move to a position; returns its sequence number immediately.
 
         Raises:
-            MoveError: the move breaks a rule, or the arm cannot make it.
+            MoveError: the move violates a rule, or the arm cannot make it.
         """
         return self._moves.took(self._link.request(definitions.move(position, mode)))
 
     def stop(self) -> None:
-        """Bring the arm to rest on its path, forget the moves that wait, and wait for rest."""
+        """Bring the arm to rest on its path, drop the queued moves, and wait for rest."""
         self._link.request(StopRequest())
         self.wait()
 
     def pause(self) -> None:
-        """Bring the arm to rest on its path and keep the moves; returns at once."""
+        """Bring the arm to rest on its path and keep the moves; returns immediately."""
         self._link.request(PauseRequest())
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Continue after a pause."""
         self._link.request(ResumeRequest())
 
     def feed(self, rate: float) -> None:
         """Run all segments slower on the same path.
 
         Args:
-            rate: part of the speed the modes ask for, 0.05 to 1.
+            rate: fraction of the modes' speed, 0.05 to 1.
 
         Raises:
             ProgramError: it is out of bounds.
@@ -197,35 +197,35 @@ class Arm(ArmView):
             *values: the bias force or moment along each, N or N m.
 
         Raises:
-            SelectionError: a word that is no direction or comes twice, or not a value for each.
+            SelectionError: an unknown or repeated direction, or not one value for each.
         """
         self._link.request(definitions.comply(word, values))
 
     def lock(self, word: str) -> None:
-        """Comply no more in some directions, from the next move on.
+        """Stop complying in some directions, from the next move on.
 
-        The arm stays where it was let go until a rigid move takes it from there to its goal.
+        The arm keeps its compliant displacement until a rigid move takes it to its goal.
 
         Raises:
-            SelectionError: a word that is no direction or comes twice, or does not comply.
+            SelectionError: an unknown or repeated direction, or one that does not comply.
         """
         self._link.request(definitions.lock(word))
 
     def tare(self) -> None:
-        """Take what the wrist sensor reads at rest, touching nothing, for its bias; waits for it.
+        """Measure the bias of the wrist sensor, at rest and without contact; waits for the result.
 
         Raises:
-            ProgramError: there is no sensor, or the arm complies, or never rests.
+            ProgramError: there is no sensor, the arm complies, or it does not come to rest.
         """
         try:
             self._link.request(TareRequest())
-        except ProgramError:  # it is about to rest
+        except ProgramError:  # the arm may still be coming to rest
             wait_for(self._link)
             self._link.request(TareRequest())
         self.sleep(TARE_S)
 
     def release(self) -> None:
-        """Open the gripper, as RCCL's programs say it."""
+        """Open the gripper; the name is RCCL's."""
         self.gripper.open()
 
     # --- time ---------------------------------------------------------------------------------
@@ -233,18 +233,18 @@ class Arm(ArmView):
     def wait(self, sequence: int | None = None) -> None:
         """Wait until a move is complete, or, without a number, until the arm is at rest.
 
-        A move is complete when the arm is at rest at its goal, or has handed over to the next;
-        one that :meth:`stop` has dropped, when the arm is at rest.
+        A move is complete when the arm is at rest at its goal, or has begun the next move; a move
+        dropped by :meth:`stop`, when the arm is at rest.
 
         Raises:
-            ProgramError: no move has that number; or the arm is paused, or shakes for ever.
+            ProgramError: no move has that number; or the arm is paused, or does not come to rest.
         """
         wait_for(self._link, self._moves.over(sequence))
 
     def sleep(self, seconds: float) -> None:
-        """Let the arm go on for a time of its own clock, in whole control periods.
+        """Wait for a time on the arm's clock, in whole control periods.
 
         Raises:
-            ProgramError: the time is negative or none.
+            ProgramError: the time is negative or not a number.
         """
         self._link.wait(self._after(seconds))

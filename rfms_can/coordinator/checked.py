@@ -1,4 +1,4 @@
-"""A message checked as the server would read it, and the complaint a program gets."""
+"""Validation of a message as by the server, and the error message of a program."""
 
 import re
 from typing import Any, Final, TypeVar
@@ -16,7 +16,7 @@ _STEP: Final = re.compile(r"\.(\w+)|\[([^\]]+)\]")
 
 
 def checked(message: Checked, error_class: type[ProgramError], what: str) -> Checked:
-    """The message as the server would read it.
+    """The message as the server would decode it.
 
     Raises:
         ProgramError: of the class given: a field is of a wrong type or out of bounds.
@@ -32,18 +32,18 @@ def checked(message: Checked, error_class: type[ProgramError], what: str) -> Che
 
 
 def _number(value: Any) -> Any:
-    """A number of numpy's, or an array of them, as Python's own.
+    """A number or array of numpy as Python's own.
 
     Raises:
-        TypeError: it is none.
+        TypeError: it is neither.
     """
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
-    raise TypeError(f"{value!r} is no number, text or table of them")
+    raise TypeError(f"{value!r} is not a number, a text or a table of them")
 
 
 def _with_value(complaint: str, plain: Any) -> str:
-    """What msgspec says is wrong, and of which value: it names the place alone."""
+    """msgspec's complaint with the value: msgspec names only its place."""
     found = _PLACE.fullmatch(complaint)
     if found is None:
         return complaint

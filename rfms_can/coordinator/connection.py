@@ -1,4 +1,4 @@
-"""Connecting to a server: ``with connect("rfms") as arm:``, its twin, and the emergency stop."""
+"""Connecting to a server: ``with connect("rfms") as arm:``, ``connect_async``, emergency stop."""
 
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
@@ -31,24 +31,24 @@ def connect(
     interrupted: Callable[[], bool] = lambda: False,
     watch: Callable[[Status], None] = lambda _: None,
 ) -> Iterator[Arm]:
-    """Take control of a server's arm; at the end give it back at rest.
+    """Take control of a server's arm; release it at rest at the end of the block.
 
-    At the end of the block the moves that are queued are waited for; after an exception the arm
-    is brought to rest on its path first, and the exception goes on. The arm is one thread's: while
-    it waits, another thread that asks something waits too; ``connect_async`` is for that.
+    At the end of the block the queued moves are completed; after an exception the arm is first
+    brought to rest on its path, and the exception is raised again. The arm is for one thread: while
+    it waits, a request of another thread is blocked; use ``connect_async`` for concurrency.
 
     Args:
         server: its NAME, or ``tcp://ADDRESS:PORT``.
-        name: who asks for the arm, for those who are refused.
-        keys: CURVE keys, for a server that asks for them.
-        lease_s: how long the server waits for a sign of life before it stops the arm, 0.1 to 10 s.
-        interrupted: whether somebody wants the program to end; asked while it waits.
-        watch: is shown the arm's state now and then while the program waits.
+        name: of this coordinator, shown to others that are refused.
+        keys: CURVE keys, for a server that requires them.
+        lease_s: time without a renewal after which the server stops the arm, 0.1 to 10 s.
+        interrupted: whether the program is to end; called while it waits.
+        watch: called periodically with the arm's state while the program waits.
 
     Raises:
-        LinkError: no server is there, or it does not answer.
+        LinkError: no server is running, or it does not answer.
         LeaseError: another coordinator controls the arm.
-        KeyboardInterrupt: ``interrupted`` said so; the arm rests.
+        KeyboardInterrupt: ``interrupted`` returned True; the arm is at rest.
     """
     with ClientSocket(server, keys) as socket:
         link = RemoteLink(socket, name, lease_s, interrupted=interrupted, watch=watch)
@@ -57,7 +57,7 @@ def connect(
             yield Arm(link)
             wait_for(link)
         except BaseException:
-            with suppress(RfmsError):  # what ended the program matters more; the lease lapses
+            with suppress(RfmsError):  # the original error matters more; the lease lapses
                 link.stop_moving()
             raise
         finally:
@@ -72,7 +72,7 @@ async def connect_async(
     keys: ClientKeys | None = None,
     lease_s: float = LEASE_S,
 ) -> AsyncIterator[AsyncArm]:
-    """``connect`` for coroutines; the event loop must come by often enough to renew the lease.
+    """``connect`` for coroutines; the event loop must run often enough to renew the lease.
 
     A part of a program that computes for longer than the lease without awaiting loses it: compute
     in another thread (``asyncio.to_thread``).
@@ -85,7 +85,7 @@ async def connect_async(
                 yield AsyncArm(link)
                 await wait_for_rest(link)
             except BaseException:
-                with suppress(RfmsError):  # what ended the program matters more; the lease lapses
+                with suppress(RfmsError):  # the original error matters more; the lease lapses
                     await link.stop_moving()
                 raise
         finally:
@@ -99,10 +99,10 @@ def emergency_stop(
     reason: str = "",
     keys: ClientKeys | None = None,
 ) -> None:
-    """Stop the arm now, whoever controls it. Not a safety function.
+    """Stop the arm immediately, with or without the lease. Not a safety function.
 
     Raises:
-        LinkError: nobody took it.
+        LinkError: no server accepted it.
     """
     with ClientSocket(server, keys) as socket:
         socket.emergency(msgspec.msgpack.encode(EmergencyStop(name, reason)))

@@ -1,4 +1,4 @@
-"""A session with a server, without sockets: what is sent, and what the replies say."""
+"""A session with a server, without sockets: numbering of requests, decoding of replies."""
 
 import secrets
 from typing import Final, NamedTuple, TypeVar
@@ -12,16 +12,16 @@ from rfms_can.messages import Answer, AnyRequest, Envelope, LeaseRequest, Reply,
 Heard = TypeVar("Heard", Reply, Status)
 
 ANSWER_S: Final = 5.0
-"""How long a server may be silent before it is given up, s: longer than a lockstep barrier."""
+"""Timeout for a server's answer, s: longer than a lockstep barrier."""
 RETRY_S: Final = 0.5
-"""How long a request may be unanswered before it is sent again, s; it is processed once."""
+"""Time after which an unanswered request is sent again, s; it is processed once."""
 RENEWALS: Final = 3
-"""How often a lease is renewed in its time."""
+"""Renewals of a lease within its duration."""
 UNREAD: Final = 0
-"""Serial number of the reply to what the server could not read; requests count from 1."""
+"""Serial number of the reply to a request the server could not decode; requests count from 1."""
 REALTIME: Final = "realtime"
 CLOCK_DRIFT: Final = 1e-3
-"""How much faster than ours the server's clock is believed to run at most, s/s."""
+"""Largest assumed drift of the server's clock against ours, s/s."""
 
 _encode = msgspec.msgpack.Encoder().encode
 _replies: Final = msgspec.msgpack.Decoder(Reply)
@@ -29,7 +29,7 @@ _statuses: Final = msgspec.msgpack.Decoder(Status)
 
 
 class Request(NamedTuple):
-    """A request with its number, as it is sent, and sent again."""
+    """A numbered request, encoded."""
 
     serial: int
     data: bytes
@@ -68,13 +68,13 @@ class Lease(NamedTuple):
 
 
 class Conversation:
-    """Numbers requests, reads replies, and keeps the newest state they tell.
+    """Numbers requests, decodes replies, and keeps the newest state of the arm.
 
     Args:
         address: of the server, for errors.
 
     Attributes:
-        lost: why nothing is heard of the server any more, or None.
+        lost: why the server was given up, or None.
     """
 
     def __init__(self, address: str) -> None:
@@ -102,15 +102,15 @@ class Conversation:
         return Request(self._serial, _encode(Envelope(self._session, self._serial, message)))
 
     def read(self, data: bytes, now: float) -> Reply:
-        """A reply that has come.
+        """Decode a reply.
 
         Args:
-            data: as it came.
+            data: as received.
             now: local time, s, monotonic.
 
         Raises:
-            LinkError: it is none.
-            RfmsError: it answers no request: the server could not read what it was sent.
+            LinkError: it is not a valid reply.
+            RfmsError: it answers no request: the server could not decode what it was sent.
         """
         reply = self._decoded(_replies, data)
         self._note(reply.status, now)
@@ -119,10 +119,10 @@ class Conversation:
         return reply
 
     def hear(self, data: bytes, now: float) -> None:
-        """Take a status that has been broadcast, arguments as with :meth:`read`.
+        """Take a broadcast status; arguments as with :meth:`read`.
 
         Raises:
-            LinkError: it is none.
+            LinkError: it is not a valid status.
         """
         status = self._decoded(_statuses, data)
         if self._status is None or status.cycle > self._status.cycle:
@@ -130,10 +130,10 @@ class Conversation:
 
     @property
     def status(self) -> Status:
-        """The newest state of the arm that is known.
+        """The newest known state of the arm.
 
         Raises:
-            LinkError: the server has said nothing yet.
+            LinkError: no state has been received yet.
         """
         if self._status is None:
             raise self.silent()
@@ -142,8 +142,8 @@ class Conversation:
     def time(self, now: float) -> float:
         """The server's time, s.
 
-        In virtual time and lockstep it is that of the last status, because it stands while the
-        program runs. In real time it has gone on since: by how much tells the status that came
+        In virtual time and lockstep it is that of the last status, because it stands still while
+        the program runs. In real time it has advanced since: the offset is taken from the status
         with the least delay, so that a late one does not set it back.
 
         Args:
@@ -153,7 +153,7 @@ class Conversation:
         return now - self._offset if status.clock == REALTIME else status.time
 
     def silent(self) -> LinkError:
-        """The error that the server does not answer; it is given up."""
+        """The error for a server that does not answer; gives it up."""
         self.lost = LinkError(
             f"server {self._address!r} has not answered for {ANSWER_S:g} s: see whether it runs "
             f"(rfms serve), and the address and keys"
@@ -161,7 +161,7 @@ class Conversation:
         return self.lost
 
     def _note(self, status: Status, now: float) -> None:
-        """Keep a state that is no older than the one that is known, and what it says of time."""
+        """Store a state unless it is older than the known one, and update the clock offset."""
         known = self._status
         if known is not None and status.cycle < known.cycle:
             return
@@ -174,14 +174,14 @@ class Conversation:
         try:
             return decoder.decode(data)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise LinkError(f"server {self._address!r} says what is no reply: {error}") from error
+            raise LinkError(f"server {self._address!r} sent an invalid reply: {error}") from error
 
 
 def answer_of(reply: Reply) -> Answer:
-    """What a reply says.
+    """The answer of a reply.
 
     Raises:
-        RfmsError: the request was refused: the exception of the server's error.
+        RfmsError: the request was refused, with the class of the server's error.
     """
     if reply.refusal is not None:
         raise error_of(reply.refusal)

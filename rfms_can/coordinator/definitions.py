@@ -1,8 +1,8 @@
-"""What a program defines and asks, as messages: built and checked here, before anything is sent.
+"""Definitions and requests of a program as messages: built and checked before they are sent.
 
-Both twins of the program API, :class:`Arm` and :class:`AsyncArm`, build their messages here. The
-checks are those of the message types, so a wrong number is told with the line of the program; the
-server makes them again, and those that need the world model.
+Both variants of the program API, :class:`Arm` and :class:`AsyncArm`, build their messages here. The
+checks are those of the message types, so an error is reported with the line of the program; the
+server repeats them and adds those that need the world model.
 """
 
 from collections.abc import Mapping
@@ -36,7 +36,7 @@ from rfms_can.transform import Transform
 
 IDENTITY: Final = Transform.identity()
 TARE_S: Final = 0.6
-"""How long a tare takes at most, s."""
+"""Longest duration of a tare, s."""
 Predict = Literal["hold", "velocity"]
 
 
@@ -44,7 +44,7 @@ def value(name: str, pose: Transform) -> TransformMessage:
     """A transform of kind value.
 
     Raises:
-        TransformError: it is no transform, or the name is empty or too long.
+        TransformError: it is not a transform, or the name is empty or too long.
     """
     return _transform(TransformMessage(name, _pose(name, pose)))
 
@@ -58,12 +58,12 @@ def functional(name: str, function: AnyFunction, base: Transform) -> TransformMe
     """A transform of kind functional: ``base`` times the function.
 
     Raises:
-        TransformError: it is no function, or one of its numbers is none.
+        TransformError: it is not a function, or one of its values is not a number.
     """
     if not isinstance(function, AnyFunction):
         raise TransformError(
-            f"transform {name!r}: {function!r} is no function: Linear, Circular, Weave or Table; "
-            f"the server computes it, so it cannot be Python"
+            f"transform {name!r}: {function!r} is not a Linear, Circular, Weave or Table; the "
+            f"server evaluates the function, so it cannot be Python code"
         )
     return _transform(
         TransformMessage(name, _pose(name, base), kind="functional", function=function)
@@ -80,20 +80,20 @@ def observation(
     """An observation of a reference.
 
     Args:
-        of: its name, or the expression its definition gave.
-        pose: what was seen.
-        at: the server's time then, s; None: now.
-        twist: velocity and angular velocity that were seen, m/s and rad/s; None: estimated.
-        references: how those of the program are predicted.
+        of: its name, or the expression returned by its definition.
+        pose: observed value.
+        at: the server's time of the observation, s; None: now.
+        twist: observed velocity and angular velocity, m/s and rad/s; None: estimated.
+        references: the program's references and their prediction.
 
     Raises:
-        TransformError: the program has defined no such reference, or it is no transform.
+        TransformError: not a reference of this program, or the value is not a transform.
     """
     name = str(of)
     predict = references.get(name)
     if predict is None:
         raise TransformError(
-            f"transform {name!r} is no reference of this program, and only these are observed: "
+            f"transform {name!r} is not a reference of this program; only these can be observed: "
             f"{', '.join(references) or 'none'}; define it with reference()"
         )
     message = TransformMessage(
@@ -112,7 +112,7 @@ def position(
     """A position by its equation.
 
     Raises:
-        EquationError: it is no equation with T6 in it once, or tool or compliance frame are not
+        EquationError: not an equation that contains T6 once, or tool or compliance frame are not
             one transform each.
     """
     if not isinstance(equation, Equation):
@@ -120,8 +120,8 @@ def position(
     times = (*equation.left, *equation.right).count(T6)
     if times != 1:
         raise EquationError(
-            f"position {name!r}: {T6} stands {times} times in {equation!r}; it must stand there "
-            f"once, as in t6 @ tool == part"
+            f"position {name!r}: {T6} occurs {times} times in {equation!r}; it must occur once, "
+            f"as in t6 @ tool == part"
         )
     message = PositionMessage(
         name,
@@ -150,7 +150,7 @@ def mode(name: str, settings: ModeSettings) -> ModeMessage:
 
 
 def move(to: str, with_mode: str) -> MoveRequest:
-    """A move; ``MoveError`` if the names are none."""
+    """A move; ``MoveError`` if a name is invalid."""
     return checked(MoveRequest(to, with_mode), MoveError, f"move to {to!r} with {with_mode!r}")
 
 
@@ -158,10 +158,10 @@ def gripper(opens: bool, force: float) -> GripperRequest:
     """A gripper command.
 
     Raises:
-        ProgramError: the force is no part of the full one.
+        ProgramError: the force is not a fraction.
     """
     if isinstance(force, float | int) and not 0.0 < force <= 1.0:
-        raise ProgramError(f"gripper force {force} is outside 0..1 (a part of the full force)")
+        raise ProgramError(f"gripper force {force} is outside 0..1 (a fraction of the full force)")
     return checked(GripperRequest(opens, force), ProgramError, "gripper")
 
 
@@ -178,7 +178,7 @@ def comply(word: str, values: tuple[float, ...]) -> ComplyRequest:
 
 
 def lock(word: str) -> LockRequest:
-    """Directions not to comply in any more; ``SelectionError`` as the server raises."""
+    """Directions to stop complying in; ``SelectionError`` as the server raises."""
     request = checked(LockRequest(word), SelectionError, f"lock {word!r}")
     Selection.parse(word)
     return request
@@ -199,9 +199,9 @@ def _single(name: str, what: str, expression: Expression | None) -> str | None:
     if expression is None:
         return None
     if not isinstance(expression, Expression) or len(expression.names) != 1:
-        otherwise = f"all that stands right of {T6}" if what == "tool" else "the tool's frame"
+        default = f"everything right of {T6}" if what == "tool" else "the tool's frame"
         raise EquationError(
-            f"position {name!r}: {what} {expression!r} must be one transform, as arm.transform() "
-            f"defines it; leave it out to have {otherwise}"
+            f"position {name!r}: {what} {expression!r} must be one transform, as returned by "
+            f"arm.transform(); the default is {default}"
         )
     return expression.names[0]

@@ -36,7 +36,7 @@ class Expression:
 
 
 class Equation:
-    """Two sides that shall be the same frame.
+    """Two sides that are to be the same frame.
 
     Attributes:
         left, right: names of the transforms of either side.

@@ -1,4 +1,4 @@
-"""The gripper of a program, in both twins of the program API."""
+"""The gripper of a program, for both variants of the program API."""
 
 from rfms_can.coordinator import definitions
 from rfms_can.coordinator.link import AsyncLink, Link
@@ -6,7 +6,7 @@ from rfms_can.messages import JawAtRest
 
 
 class Gripper:
-    """The gripper: both calls return when the jaw rests, at its stop or on a part."""
+    """The gripper: both calls return when the jaw rests, at its stop or on a workpiece."""
 
     __slots__ = ("_link",)
 
@@ -14,11 +14,11 @@ class Gripper:
         self._link = link
 
     def open(self, force: float = 1.0) -> None:
-        """Open with a part (0 to 1) of the full force, and wait."""
+        """Open with a fraction (0 to 1) of the full force, and wait."""
         self._command(True, force)
 
     def close(self, force: float = 1.0) -> None:
-        """Close with a part (0 to 1) of the full force, and wait."""
+        """Close with a fraction (0 to 1) of the full force, and wait."""
         self._command(False, force)
 
     def _command(self, opens: bool, force: float) -> None:
@@ -35,11 +35,11 @@ class AsyncGripper:
         self._link = link
 
     async def open(self, force: float = 1.0) -> None:
-        """Open with a part (0 to 1) of the full force, and wait."""
+        """Open with a fraction (0 to 1) of the full force, and wait."""
         await self._command(True, force)
 
     async def close(self, force: float = 1.0) -> None:
-        """Close with a part (0 to 1) of the full force, and wait."""
+        """Close with a fraction (0 to 1) of the full force, and wait."""
         await self._command(False, force)
 
     async def _command(self, opens: bool, force: float) -> None:

@@ -1,4 +1,4 @@
-"""What a program needs of the server: requests in, answers and state out, time in between."""
+"""Interface of a program to the server: requests, answers, the arm's state, and waiting."""
 
 from collections.abc import Coroutine
 from typing import Any, Protocol
@@ -7,7 +7,7 @@ from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status
 
 
 class State(Protocol):
-    """What is known of the arm without asking."""
+    """The arm's state that is available without a request."""
 
     def status(self) -> Status:
         """The arm's state, as of the last closed cycle."""
@@ -17,10 +17,10 @@ class State(Protocol):
 
 
 class Link(State, Protocol):
-    """A way to the server: in the same process, or over a network."""
+    """Connection to the server: in the same process, or over a network."""
 
     def request(self, message: ArmRequest) -> Answer:
-        """Hand a message over.
+        """Send a request.
 
         Raises:
             ProgramError: the server refuses it; nothing has changed.
@@ -29,7 +29,7 @@ class Link(State, Protocol):
         """
 
     def wait(self, *any_of: AnyCondition) -> None:
-        """Let time go on until one of some conditions holds.
+        """Let time advance until one of the conditions holds.
 
         Raises:
             FaultError: the run was halted.
@@ -39,7 +39,7 @@ class Link(State, Protocol):
 
 
 class AsyncLink(State, Protocol):
-    """``Link`` for coroutines, several of which may wait side by side."""
+    """``Link`` for coroutines, several of which may wait concurrently."""
 
     async def request(self, message: ArmRequest) -> Answer:
         """As ``Link.request``."""
@@ -48,4 +48,4 @@ class AsyncLink(State, Protocol):
         """As ``Link.wait``."""
 
     async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
-        """Run coroutines as parts of one program; their results."""
+        """Run coroutines as concurrent parts of one program; their results."""

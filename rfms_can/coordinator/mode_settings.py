@@ -1,34 +1,33 @@
-"""What a mode may say of how a segment is moved."""
+"""Settings of a mode: the motion parameters of a segment."""
 
 from typing import Literal, Required, TypedDict
 
 
 class ModeSettings(TypedDict, total=False):
-    """How a segment is moved (thesis VI.3.1).
+    """Motion parameters of a segment (thesis VI.3.1).
 
-    The time of a segment is given, or follows from speeds: the longest any of them asks for.
+    The time of a segment is given, or follows from speeds: the longest of the resulting times.
 
     Attributes:
         acceleration_time: t_acc, s: a transition takes twice that.
         segment_time: t_seg, s, from goal to goal; or speeds instead.
         speed, angular_speed: of the tool from goal to goal, m/s and rad/s.
-        joint_speed: part (0 to 1) of the joints' speed limits.
+        joint_speed: fraction (0 to 1) of the joints' speed limits.
         interpolation: ``"joint"``, the default, or ``"cartesian"``: straight in space.
-        transition: ``"joint"``, the default, or ``"cartesian"``: between straight lines keep to
-            the path in space.
-        lengthen: whether a segment that breaks a limit is lengthened, or refused, the default.
+        transition: ``"joint"``, the default, or ``"cartesian"``: the transition between straight
+            lines is planned in space.
+        lengthen: whether a segment that exceeds a limit is lengthened, or refused, the default.
         acceleration, angular_acceleration: what correcting a reference transform may add to the
             tool's motion, m/s2 and rad/s2; 1 and 5 if not given.
         config: e.g. ``"left up noflip"``, instead of the position's.
-        comply: what complies, and the bias force or moment along each direction, N or N m, e.g.
-            ``{"fx": 0.0, "fz": 20.0}``; what :meth:`Arm.comply` has asked for if not given. What
-            it exerts on what the tool touches is positive.
+        comply: compliant directions with the bias force or moment along each, N or N m, e.g.
+            ``{"fx": 0.0, "fz": 20.0}``; those of :meth:`Arm.comply` if not given. A force on the
+            environment is positive.
         stop_on_force: e.g. ``{"fz": 15.0}``: the move is stopped where the force along a direction
             of the compliance frame reaches this, N or N m, in either sense.
-        stop_on_distance: e.g. ``{"dz": 0.04}``: where the compliance frame has gone so far since
-            the move took over, m or rad.
-        mass: of what the hand holds from this move on, kg, compensated for; 0 for nothing, what it
-            held before if not given.
+        stop_on_distance: e.g. ``{"dz": 0.04}``: the move is stopped after this displacement of the
+            compliance frame since its start, m or rad.
+        mass: payload from this move on, kg, to be compensated; 0 for none, unchanged if not given.
         mass_centre: its centre of mass in T6, m; the origin of the tool's frame if not given.
     """
 

@@ -1,4 +1,4 @@
-"""The moves a program has asked for: their numbers, and how the server plans to make them."""
+"""The moves a program has requested: their numbers, and the server's plans for them."""
 
 from collections import OrderedDict
 from typing import Final, NamedTuple
@@ -10,13 +10,13 @@ PLANS_KEPT: Final = 256
 
 
 class MovePlan(NamedTuple):
-    """How the server will make a move.
+    """The server's plan of a move.
 
     Attributes:
         sequence: the move's number.
         segment_time: t_seg, s: as the mode gave it, lengthened, or from its speeds.
-        via_deviation, via_rotation: how near the tool comes to the goal before this one, where
-            this move takes over without rest, m and rad; None where the arm rests between.
+        via_deviation, via_rotation: smallest distance of the tool from the goal before this one if
+            this move begins without rest, m and rad; None if the arm rests between.
     """
 
     sequence: int
@@ -26,7 +26,7 @@ class MovePlan(NamedTuple):
 
 
 class Moves:
-    """The moves of one program; the server's numbers need not begin at 1 for it."""
+    """The moves of one program; the server's sequence numbers need not begin at 1."""
 
     __slots__ = ("_count", "_last", "_plans")
 
@@ -35,7 +35,7 @@ class Moves:
         self._count = self._last = 0
 
     def took(self, answer: Answer) -> int:
-        """The server has accepted a move: its number."""
+        """Store an accepted move; its number."""
         sequence = answer.sequence
         self._plans[sequence] = MovePlan(
             sequence, answer.segment_time, answer.via_deviation, answer.via_rotation
@@ -47,7 +47,7 @@ class Moves:
         return sequence
 
     def plan(self, sequence: int) -> MovePlan:
-        """How a move will be made; the last ``PLANS_KEPT`` are known.
+        """The plan of a move; the last ``PLANS_KEPT`` are kept.
 
         Raises:
             ProgramError: no move has that number, or it was too long ago.
@@ -61,7 +61,7 @@ class Moves:
         return self._plans[sequence]
 
     def over(self, sequence: int | None) -> AnyCondition:
-        """What to wait for: that a move is complete, or, without a number, rest.
+        """Condition that a move is complete, or, without a number, that the arm rests.
 
         Raises:
             ProgramError: no move has that number.

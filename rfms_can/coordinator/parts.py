@@ -1,9 +1,9 @@
-"""Parts of one program that run side by side: when time goes on, and whom a reply wakes.
+"""Concurrent parts of one program: when time advances, and which part a reply wakes.
 
-In virtual time and lockstep a program is part of the clock, so time may go on only when all its
-parts wait: what they wait for goes to the server as one wait then. In real time it goes at once.
-The server keeps one wait of a session; a later one takes its place, and has to name all that is
-still waited for.
+In virtual time and lockstep a program is part of the clock, so time may advance only when all its
+parts wait: their conditions are then sent to the server as one wait. In real time they are sent
+immediately. The server keeps one wait of a session; a later one replaces it, and has to contain all
+conditions that are still waited for.
 """
 
 import asyncio
@@ -14,7 +14,7 @@ from rfms_can.messages import AnyCondition
 
 
 class Waiting:
-    """A part that waits until one of some conditions holds."""
+    """A part that waits until one of its conditions holds."""
 
     __slots__ = ("any_of", "future")
 
@@ -23,7 +23,7 @@ class Waiting:
         self.future: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     def wake(self, error: Exception | None = None) -> None:
-        """Let it go on, or fail."""
+        """Let it continue, or fail with an error."""
         if self.future.done():
             return
         if error is None:
@@ -33,13 +33,13 @@ class Waiting:
 
 
 class Parts:
-    """The live parts of a program, and those of them that wait.
+    """The live parts of a program, and those that wait.
 
     Args:
-        begin: asks the server to answer when a condition of any of these holds.
+        begin: sends a wait for the conditions of these parts to the server.
 
     Attributes:
-        at_once: whether the server is asked as soon as one part waits: in real time.
+        at_once: whether a wait is sent as soon as one part waits: in real time.
     """
 
     def __init__(self, begin: Callable[[Sequence[Waiting]], None]) -> None:
@@ -54,7 +54,7 @@ class Parts:
         """Wait until one of the conditions holds.
 
         Raises:
-            RfmsError: no wait is answered any more.
+            RfmsError: the server answers no waits any more.
         """
         if self._failure is not None:
             raise self._failure
@@ -68,11 +68,11 @@ class Parts:
                 self._waiting.remove(waiting)
 
     def woken(self, asked: Sequence[Waiting], held: Sequence[int]) -> None:
-        """The server has answered a wait.
+        """Handle the server's answer to a wait.
 
         Args:
-            asked: whose conditions it had, in their order.
-            held: indices of those that hold; none if another wait has taken its place.
+            asked: the parts whose conditions it had, in their order.
+            held: indices of the conditions that hold; empty if another wait has replaced it.
         """
         owners = [waiting for waiting in asked for _ in waiting.any_of]
         for index in held:
@@ -86,14 +86,14 @@ class Parts:
             self.look()
 
     def fail(self, error: Exception) -> None:
-        """No wait will be answered any more: all parts that wait are told why."""
+        """Fail all waiting parts: no wait will be answered any more."""
         self._failure = error
         waiting, self._waiting = self._waiting, []
         for one in waiting:
             one.wake(error)
 
     def look(self) -> None:
-        """Ask the server if it is time to: all parts wait, or in real time any of them."""
+        """Send a wait if all parts wait, or in real time if any of them does."""
         waiting = tuple(self._waiting)
         if not waiting or waiting == self._asked:
             return
@@ -102,13 +102,13 @@ class Parts:
             self._begin(waiting)
 
     async def run(self, coroutines: Sequence[Coroutine[Any, Any, Any]]) -> list[Any]:
-        """Run coroutines as parts beside one another, in place of the part that asks for it.
+        """Run coroutines as concurrent parts, in place of the calling part.
 
         Returns:
             Their results, in order.
 
         Raises:
-            BaseException: the error of one of them; the others have been cancelled.
+            BaseException: of one of them; the others have been cancelled.
         """
         group = _Group(len(coroutines))
         self._live += group.live - 1
@@ -130,7 +130,7 @@ class Parts:
         return list(ended)
 
     async def _part(self, coroutine: Coroutine[Any, Any, Any], group: "_Group") -> Any:
-        """One part; the last to end leaves its place to the part that ran them all."""
+        """One part; the last one to end is replaced by the part that ran them all."""
         try:
             result = await coroutine
         except BaseException:
@@ -144,7 +144,7 @@ class Parts:
 
 
 class _Group:
-    """Parts that were begun together."""
+    """Parts that were started together."""
 
     __slots__ = ("live", "tasks")
 
@@ -153,7 +153,7 @@ class _Group:
         self.tasks: list[asyncio.Task[Any]] = []
 
     def cancel(self) -> None:
-        """End those that go on yet."""
+        """Cancel the parts that are still running."""
         for task in self.tasks:
             if task is not asyncio.current_task():
                 task.cancel()

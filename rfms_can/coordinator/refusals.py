@@ -1,4 +1,4 @@
-"""From the server's refusals back to exceptions: a program catches the same ones everywhere."""
+"""The server's refusals as exceptions: a program catches the same ones in every process."""
 
 from typing import Final
 
@@ -39,5 +39,5 @@ ERRORS: Final[dict[str, type[RfmsError]]] = {
 
 
 def error_of(refusal: Refusal) -> RfmsError:
-    """The exception a refusal stands for."""
+    """The exception of a refusal."""
     return ERRORS.get(refusal.error, ProgramError)(refusal.reason)

@@ -1,9 +1,8 @@
-"""A program's link to a server over sockets: requests one by one, and a lease that is kept.
+"""A program's link to a server over sockets: sequential requests, and a renewed lease.
 
-The conversation is one session, whoever speaks in it: a lock makes sure that a request and its
-reply are not mixed with another's, because the server answers a request that is repeated only as
-long as no later one has come. A thread renews the lease while the program computes; while it waits
-for the server, the wait itself does.
+All threads share one session: a lock serialises requests with their replies, because the server
+repeats the reply to a request only until a later one has come. A thread renews the lease while the
+program computes; while it waits for the server, the wait itself does.
 """
 
 import threading
@@ -36,18 +35,18 @@ from rfms_can.messages import (
 )
 
 SLICE_S: Final = 0.1
-"""How often somebody who wants the program to end, or to watch it, is asked while it waits, s."""
+"""Period of the calls of ``interrupted`` and ``watch`` during a wait, s."""
 
 
 class RemoteLink:
     """``Link`` on a server's sockets.
 
     Args:
-        socket: connected; whoever made it closes it.
-        name: who asks for the arm, for those who are refused.
-        lease_s: how long the server waits for a sign of life before it stops the arm, s.
-        interrupted: whether somebody wants the program to end; asked while it waits.
-        watch: is shown the arm's state now and then while the program waits.
+        socket: connected; the caller closes it.
+        name: of this coordinator, shown to others that are refused.
+        lease_s: time without a renewal after which the server stops the arm, s.
+        interrupted: whether the program is to end; called while it waits.
+        watch: called periodically with the arm's state while the program waits.
         now: local time, s, monotonic.
     """
 
@@ -87,13 +86,13 @@ class RemoteLink:
         self._keeper.start()
 
     def stop_moving(self) -> None:
-        """Bring the arm to rest on its path and wait for it, whoever wants the program to end."""
+        """Bring the arm to rest on its path and wait for it; ``interrupted`` is ignored."""
         self._interrupted = lambda: False
         self.request(StopRequest())
         self.wait(*stopped(self.status()))
 
     def release(self) -> None:
-        """Give the lease back, if the server is still there; an arm that moves is stopped."""
+        """Release the lease, if the server still answers; a moving arm is stopped."""
         self._left.set()
         if self._keeper is not None:
             self._keeper.join()
@@ -101,20 +100,20 @@ class RemoteLink:
             self.request(self._lease.release)
 
     def _keep(self) -> None:
-        """Renew the lease unless the program speaks for itself."""
+        """Renew the lease unless a request of the program is in progress."""
         while not self._left.wait(self._lease.renewal_s):
             if self._lock.acquire(blocking=False):
                 try:
                     self._exchange(self._lease.renew)
                 except RfmsError:
-                    return  # the program is told so when it speaks next
+                    return  # the program's next request raises it
                 finally:
                     self._lock.release()
 
-    # --- what a program asks ------------------------------------------------------------------
+    # --- requests -----------------------------------------------------------------------------
 
     def request(self, message: ArmRequest | LeaseRequest) -> Answer:
-        """Hand a message over; sent again, with the same number, if no reply comes.
+        """Send a request; it is sent again, with the same number, if no reply comes.
 
         Raises:
             RfmsError: the server refuses it, see ``Link.request``.
@@ -123,11 +122,11 @@ class RemoteLink:
             return self._exchange(message)
 
     def wait(self, *any_of: AnyCondition) -> None:
-        """Let time go on until one of some conditions holds.
+        """Let time advance until one of the conditions holds.
 
         Raises:
             RfmsError: see ``Link.wait``.
-            KeyboardInterrupt: somebody wants the program to end.
+            KeyboardInterrupt: ``interrupted`` returned True.
         """
         with self._lock:
             wait = self._conversation.number(WaitRequest(list(any_of)))
@@ -139,7 +138,7 @@ class RemoteLink:
                 self._waiting, self._early = 0, None
 
     def status(self) -> Status:
-        """The newest state of the arm: that of the last reply, or a later broadcast."""
+        """The newest state of the arm, of the last reply or a later broadcast."""
         with self._lock:
             self._look()
             return self._conversation.status
@@ -177,7 +176,7 @@ class RemoteLink:
         return reply
 
     def _reply(self, request: Request, timeout_s: float) -> Reply | None:
-        """The reply to a request, or None; that of a wait that comes before it is kept."""
+        """The reply to a request, or None; an earlier reply to a wait is kept."""
         until = self._now() + timeout_s
         while True:
             if request.serial == self._waiting and self._early is not None:

@@ -1,4 +1,4 @@
-"""What the link's clients need of sockets: bytes out, bytes in, with a limit of time."""
+"""Interface of the client's sockets: bytes out, bytes in, with timeouts."""
 
 from typing import Protocol
 

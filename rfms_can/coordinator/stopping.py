@@ -1,4 +1,4 @@
-"""Waiting without end: what an arm that is paused or shakes never does is told after a while."""
+"""Waiting with a timeout for an arm that is paused or does not come to rest."""
 
 from typing import Final
 
@@ -7,20 +7,20 @@ from rfms_can.errors import ProgramError
 from rfms_can.messages import AnyCondition, AtRest, CycleReached, Status
 
 STOPPING_S: Final = 20.0
-"""Time after which an arm that has nothing to do is not waited for any more, s."""
+"""Longest wait for an idle arm to come to rest, s."""
 _REST: Final = AtRest()
 
 
 def stopped(status: Status) -> tuple[AtRest, CycleReached]:
-    """Conditions of which one ends a stop that begins now: the arm rests, or never will."""
+    """Conditions that end a stop that begins now: the arm rests, or the timeout has passed."""
     return _REST, _later(status)
 
 
 def wait_for(link: Link, condition: AnyCondition = _REST) -> None:
-    """Wait until a condition holds; at rest all moves that have been asked for are over.
+    """Wait until a condition holds; at rest all requested moves are complete.
 
     Raises:
-        ProgramError: it never will: the arm is paused, or has nothing to do and shakes.
+        ProgramError: it will not hold: the arm is paused, or does not come to rest.
     """
     waits = True
     while waits:
@@ -30,7 +30,7 @@ def wait_for(link: Link, condition: AnyCondition = _REST) -> None:
 
 
 async def wait_for_rest(link: AsyncLink) -> None:
-    """``wait_for`` for the end of a program of coroutines, where no part is left to move the arm.
+    """``wait_for`` for the end of a program of coroutines, when no part can move the arm.
 
     Raises:
         ProgramError: see ``wait_for``.
@@ -47,7 +47,7 @@ def _later(status: Status) -> CycleReached:
 
 
 def _waits(before: Status, now: Status) -> bool:
-    """Whether to go on waiting: the condition does not hold yet, and may.
+    """Whether to wait on: the condition does not hold yet, but may.
 
     Raises:
         ProgramError: it cannot.
@@ -57,11 +57,11 @@ def _waits(before: Status, now: Status) -> bool:
     had_moves = before.waiting > 0 or before.completed < before.sequence
     if had_moves and before.feed == now.feed == 0.0:
         raise ProgramError(
-            "the arm is paused, and nobody else resumes it: resume() before you wait"
+            "the arm is paused, and no other part can resume it: resume() before you wait"
         )
     if not now.at_rest and not had_moves:
         raise ProgramError(
             f"the arm has not come to rest within {STOPPING_S:g} s after its last move: it follows "
-            "what moves, or shakes; is the mass in its mode what the hand holds?"
+            "a moving reference, or oscillates; is the mass of its mode that of the payload?"
         )
     return True

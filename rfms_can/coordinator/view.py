@@ -1,4 +1,4 @@
-"""What both twins of the program API have in common: all that needs no waiting."""
+"""Common part of both variants of the program API: everything that does not wait."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -13,11 +13,11 @@ from rfms_can.messages import T6, CycleReached, Status, TransformMessage, Vector
 from rfms_can.transform import Transform
 
 LONGEST_S: Final = 1e6
-"""A sleep may be so long, s: eleven days."""
+"""Longest sleep, s: eleven days."""
 
 
 class ArmView:
-    """What a program sees of the arm.
+    """A program's view of the arm.
 
     Attributes:
         t6: the arm itself, in position equations.
@@ -31,15 +31,15 @@ class ArmView:
 
     @property
     def status(self) -> Status:
-        """The arm's state, as of the last closed cycle that is known here."""
+        """The arm's state at the last closed cycle that is known here."""
         return self._state.status()
 
     @property
     def time(self) -> float:
-        """The server's time, s: what observations are stamped with.
+        """The server's time, s, for time stamps of observations.
 
-        In virtual time and lockstep it stands between two waits and is exact; in real time it
-        goes on, and may lag behind the server's by less than a period.
+        In virtual time and lockstep it stands still between two waits and is exact; in real time
+        it runs on, and may lag behind the server's by less than a period.
         """
         return self._state.time()
 
@@ -55,15 +55,15 @@ class ArmView:
 
     @property
     def force(self) -> tuple[float, ...]:
-        """What the hand does to the world, in the compliance frame, N and N m (6).
+        """Wrench of the hand on the environment, in the compliance frame, N and N m (6).
 
-        Read from the wrist sensor; without one guessed from the motors, in guarded moves only.
+        From the wrist sensor; without one estimated from the motors, in guarded moves only.
         """
         return self.status.force
 
     @property
     def complied(self) -> tuple[float, ...]:
-        """How far compliance has let the compliance frame go, m and rad along its axes (6)."""
+        """Compliant displacement of the compliance frame, m and rad along its axes (6)."""
         return self.status.complied
 
     @property
@@ -72,7 +72,7 @@ class ArmView:
         return self.status.guard
 
     def plan(self, sequence: int) -> MovePlan:
-        """How the server makes a move: its time, and how near it comes to the goal before it.
+        """The server's plan of a move: its time, and its deviation from the goal before it.
 
         Raises:
             ProgramError: no move has that number, or it was too long ago.
@@ -91,7 +91,7 @@ class ArmView:
         return definitions.observation(of, pose, at, exact, self._references)
 
     def _after(self, seconds: float) -> CycleReached:
-        """The cycle that is so many seconds ahead."""
+        """The cycle ``seconds`` ahead."""
         if not isinstance(seconds, float | int) or not 0.0 <= seconds <= LONGEST_S:  # also NaN
             raise ProgramError(f"sleep of {seconds!r} s: give a time, 0 to {LONGEST_S:g}")
         status = self.status

@@ -13,7 +13,7 @@ The thesis takes centres of mass on one axis of each link (B.1, B.2) and radii o
 from typing import NamedTuple
 
 from rfms_can.arm import Arm, Link
-from rfms_can.dynamics.terms import turned
+from rfms_can.dynamics.terms import in_other_convention
 
 GRAVITY_M_S2 = 9.81
 
@@ -29,7 +29,7 @@ class _Gyration(NamedTuple):
 def appendix_b(arm: Arm) -> dict[str, float]:
     """Constants of the simplified dynamics, convention B, Nm and kg m2, with the drives' Ia.
 
-    What the links' centres of mass have off the axes of B.1 and B.2 is left out.
+    Components of the links' centres of mass off the axes of B.1 and B.2 are neglected.
     """
     _, l2, l3, l4, l5, l6 = arm.links
     a2, a3, d3, d4 = arm.a2, -arm.a3, arm.shoulder_offset, arm.d4  # convention A
@@ -76,7 +76,7 @@ def appendix_b(arm: Arm) -> dict[str, float]:
     }
     for joint, drive in enumerate(arm.drives, start=1):
         constants[f"b{joint}0"] += drive.armature
-    return turned(constants)
+    return in_other_convention(constants)
 
 
 def _gyration(link: Link) -> _Gyration:

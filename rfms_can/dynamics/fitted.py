@@ -1,4 +1,4 @@
-"""Constants of the simplified dynamics that come nearest to a full model, over random poses."""
+"""Constants of the simplified dynamics fitted to a full model over random poses."""
 
 import random
 from collections.abc import Sequence
@@ -23,13 +23,13 @@ SEED: Final = 1986
 
 
 def random_poses(arm: Arm, count: int, seed: int) -> list[list[float]]:
-    """So many poses (6, rad) inside the joint ranges."""
+    """``count`` poses (6, rad) inside the joint ranges."""
     draw = random.Random(seed)
     return [[draw.uniform(lower, upper) for lower, upper in arm.joint_limits] for _ in range(count)]
 
 
 def fitted_constants(dynamics: ArmDynamics) -> dict[str, float]:
-    """Constants (``dynamics/terms.py``) nearest to a full model in the least-squares sense."""
+    """Least-squares fit of the constants (``dynamics/terms.py``) to a full model."""
     poses = random_poses(dynamics.arm, POSES, SEED)
     states = []
     for q in poses:

@@ -1,4 +1,4 @@
-"""Which model a master compensates with: one protocol, four things behind it."""
+"""The model that a master compensates with: one protocol, four implementations."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Protocol
@@ -35,7 +35,7 @@ class DynamicsModel(Protocol):
 
 
 class NoDynamics:
-    """An arm without weight: nothing is compensated."""
+    """No compensation: inertia and gravity are zero."""
 
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
@@ -44,7 +44,7 @@ class NoDynamics:
         self._q: tuple[float, ...] = arm.park
 
     def update(self, q: Sequence[float]) -> None:
-        """Remember where the Jacobian is wanted."""
+        """Store the angles for the Jacobian."""
         self._q = tuple(q)
 
     @property
@@ -54,13 +54,13 @@ class NoDynamics:
 
 
 class LoadedDynamics:
-    """A model of the arm, and the load it carries added to it (thesis IV.6).
+    """A model of the arm plus its load (thesis IV.6).
 
     Attributes:
         J: Jacobian in the T6 frame (6, 6).
         M: inertia of both, kg m2 (6, 6).
         g: torque that holds both, Nm (6).
-        load: what the hand holds.
+        load: in the hand.
     """
 
     def __init__(self, arm: Arm, model: DynamicsModel) -> None:
@@ -71,7 +71,7 @@ class LoadedDynamics:
         self.M, self.g = model.M, model.g
 
     def carry(self, load: Load) -> None:
-        """The hand holds ``load`` from now on; one without mass is none."""
+        """Set the load in the hand; a mass of 0 removes it."""
         if load != self.load:
             self.load = load
             self._alone = ArmDynamics(load_alone(self.arm, load)) if load.mass else None
@@ -121,17 +121,17 @@ def check_kind(kind: str) -> None:
     """Refuse a model that does not exist.
 
     Raises:
-        ArmError: naming those that do.
+        ArmError: the message lists those that exist.
     """
     if kind not in KINDS:
         raise ArmError(f"no dynamics {kind!r}; there are: {', '.join(KINDS)}")
 
 
 def make_dynamics(arm: Arm, kind: str, calibration: Calibration | None = None) -> LoadedDynamics:
-    """A model by its name, with identified numbers where there are some.
+    """A model by its name, with the identified parameters of a calibration, if given.
 
     Raises:
-        ArmError: there is no such model, or the calibration is another arm's.
+        ArmError: the model does not exist, or the calibration is another arm's.
     """
     check_kind(kind)
     if calibration is not None:

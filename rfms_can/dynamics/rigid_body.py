@@ -23,8 +23,7 @@ Configuration = Sequence[float] | Matrix
 class ArmDynamics:
     """Jacobian, inertia matrix and gravity of one arm, all from one :meth:`update`.
 
-    Pinocchio hands back a fresh array each time: one that was kept never changes. One object
-    serves one thread.
+    Pinocchio returns a new array each time: a stored one never changes. Not thread-safe.
 
     Attributes:
         J: (6, 6), Jacobian in the T6 frame at the T6 origin; columns d/d theta_1..6, rows
@@ -74,7 +73,7 @@ class ArmDynamics:
     def regressor(self, q: Configuration, qd: Configuration, qdd: Configuration) -> Matrix:
         """Y, (6, 60): the torque of a motion is Y times the ten parameters of each link.
 
-        Armature is not in it: it adds ``qdd_i`` to the torque of joint i.
+        Armature is not included: it adds ``qdd_i`` times itself to the torque of joint i.
         """
         regressor: Matrix = pin.computeJointTorqueRegressor(
             self._model, self._data, np.array(q), np.array(qd), np.array(qdd)
@@ -131,7 +130,7 @@ def _inertia(link: Link) -> pin.Inertia:
 
 
 def _body(parameters: Matrix) -> pin.Inertia:
-    """A link from its ten parameters; without mass it has no centre of it, but may turn hard."""
+    """A link from its ten parameters; a massless one has inertia but no centre of mass."""
     if parameters[0] != 0.0:
         return pin.Inertia.FromDynamicParameters(parameters)
     xx, xy, yy, xz, yz, zz = parameters[4:]

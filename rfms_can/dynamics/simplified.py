@@ -13,7 +13,7 @@ from rfms_can.kinematics import jacobian
 
 
 class SimplifiedDynamics:
-    """D_i, D_ii and D_23 of Eq. 4.9, 4.11, 4.12 as corrected; all else is left out.
+    """D_i, D_ii and D_23 of Eq. 4.9, 4.11, 4.12 as corrected; all other terms are neglected.
 
     Attributes:
         constants: by name, Nm and kg m2 (``dynamics/terms.py``).

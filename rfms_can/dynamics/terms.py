@@ -5,7 +5,7 @@ each a row of functions of the angles times the constants named here. ``c`` in N
 ``b10``, ``b20``, ... ``b60`` include the actuator's inertia Ia, as the thesis measures them.
 
 Corrections: D44 goes with S5^2, D11 with C2^2 (printed S^2, C^2); c22 (sideways centre of mass of
-link 2, 3 % of c21) and the wrist's part of D2 and D3 were dropped in print and cost nothing.
+link 2, 3 % of c21) and the wrist's terms of D2 and D3 were dropped in print and cost nothing.
 
 **Conventions.** Appendix A (B here, and everywhere in this package) and Chapter IV (A) differ in
 their zero poses and axes: ``q_B = q_A + (pi, pi, -pi, 0, 0, pi)``. The equations are the same in
@@ -30,8 +30,8 @@ COUPLING: Final = ("b230", "b231", "b232")
 """Constants of D_23 (Eq. 4.12), kg m2."""
 CONSTANTS: Final = (*GRAVITY, *INERTIA, *COUPLING)
 
-TURNED: Final = frozenset(("c21", "c22", "b13", "b14", "b25", "b26", "b231", "b232"))
-"""Constants whose sign is another in the other convention."""
+SIGN_CHANGED: Final = frozenset(("c21", "c22", "b13", "b14", "b25", "b26", "b231", "b232"))
+"""Constants whose sign differs between the conventions."""
 OFFSET: Final = (pi, pi, -pi, 0.0, 0.0, pi)
 """q_B - q_A, rad."""
 
@@ -85,9 +85,9 @@ def value(row: Row, constants: Mapping[str, float]) -> float:
     return sum(factor * constants[name] for name, factor in row.items())
 
 
-def turned(constants: Mapping[str, float]) -> dict[str, float]:
+def in_other_convention(constants: Mapping[str, float]) -> dict[str, float]:
     """The constants in the other convention, either way."""
-    return {name: -v if name in TURNED else v for name, v in constants.items()}
+    return {name: -v if name in SIGN_CHANGED else v for name, v in constants.items()}
 
 
 def from_convention_a(q: Sequence[float]) -> tuple[float, ...]:

@@ -1,1 +1,1 @@
-"""The arm as it is, measured over the bus: experiments, the fit, and what it is good for."""
+"""Parameter identification over the bus: experiments, the fit, and its validation."""

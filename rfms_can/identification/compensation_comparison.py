@@ -1,4 +1,4 @@
-"""One fast program with several compensations and the same gains: what knowing the arm is worth."""
+"""Comparison of the dynamics compensations: tracking errors of one fast program, same gains."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +18,7 @@ from rfms_can.rig.workers import workers
 
 
 class Tracking(NamedTuple):
-    """How well an arm followed.
+    """Tracking errors with one compensation.
 
     Attributes:
         name: of the compensation.
@@ -34,9 +34,8 @@ class Tracking(NamedTuple):
 
 
 LAW: Final = ControlLaw.HYBRID.value
-"""Every joint with gains of its own: the same whatever is known of the arm. Those of the weighted
-law would be the model's."""
-NONE_AT_ALL: Final = "none"
+"""A law whose joint gains do not depend on the model, unlike those of the weighted law."""
+UNCOMPENSATED: Final = "none"
 NOMINAL: Final = "nominal"
 IDENTIFIED: Final = "identified"
 IDENTIFIED_SIMPLE: Final = "identified, simplified"
@@ -51,7 +50,7 @@ def compensations(
     identified = str(directory / "identified.toml")
     settings = replace(settings, law=LAW)
     runs = {
-        NONE_AT_ALL: replace(settings, dynamics=NONE, calibration=""),
+        UNCOMPENSATED: replace(settings, dynamics=NONE, calibration=""),
         NOMINAL: replace(settings, dynamics=FULL, calibration=""),
         IDENTIFIED_SIMPLE: replace(settings, dynamics=SIMPLIFIED, calibration=identified),
         IDENTIFIED: replace(settings, dynamics=FULL, calibration=identified),

@@ -23,17 +23,17 @@ from rfms_can.kinematics.geometry import Geometry
 from rfms_can.transform import Transform
 
 SHOULDER_POINT_BOUND: Final = 1e-6
-"""Metres between wrist centre and shoulder below which theta2 has no direction to point in."""
+"""Distance of wrist centre and shoulder, m, below which theta2 is undefined."""
 
 WRIST_BOUND: Final = 1e-5
-"""|S5| below which theta4 is held: sixty times what float32 set-points scatter S5 about zero."""
+"""|S5| below which theta4 is held: sixty times the float32 noise of set-points in S5."""
 
 CosSin = tuple[float, float]
-"""Cosine and sine of an angle: what one joint's solution hands to the next."""
+"""Cosine and sine of an angle, passed from one joint's solution to the next."""
 
 
 class Tolerance(NamedTuple):
-    """What rounding may add to a pose on a border before it counts as beyond.
+    """Tolerance for rounding of a pose on a boundary of the workspace.
 
     Attributes:
         reach: metres, on distances from joint-1 axis and shoulder.
@@ -45,17 +45,17 @@ class Tolerance(NamedTuple):
 
 
 EXACT: Final = Tolerance(reach=1e-9, angle=1e-9)
-"""For poses of doubles: the master's own."""
+"""For poses in double precision: the master's own."""
 
 WIRE: Final = Tolerance(reach=1e-6, angle=1e-5)
-"""For set-points that travelled as float32: what the master accepts, every node accepts."""
+"""For set-points sent as float32: every node accepts what the master accepts."""
 
 
 class ClosedForm:
-    """Appendix A for one arm: its constants worked out once, its quantities as methods.
+    """Appendix A for one arm: its constants computed once, its quantities as methods.
 
-    ``tolerance`` (metres) is what the pose's own rounding may add to its distance. T6 is passed
-    whole and unpacked where it is used.
+    ``tolerance`` (metres) allows for rounding of the pose's distance. T6 is passed whole and
+    unpacked where it is used.
     """
 
     __slots__ = (
@@ -141,7 +141,7 @@ class ClosedForm:
 
     @staticmethod
     def roll(v313: float, v323: float, noflip: bool, held: CosSin) -> CosSin:
-        """C4 and S4 (A.55); ``held`` where |S5| is under ``WRIST_BOUND`` and tells nothing."""
+        """C4 and S4 (A.55); ``held`` where |S5| is below ``WRIST_BOUND``: theta4 is undefined."""
         s5 = math.hypot(v313, v323)
         if s5 < WRIST_BOUND:
             return held

@@ -1,6 +1,6 @@
 """The eight branches of the inverse solution, by the thesis' labels (A.41, A.48, A.56).
 
-The labels are algebra, not looks: the elbow stands *above* the arm in "left down" and "right up".
+The labels are algebraic: the elbow is geometrically *above* the arm in "left down" and "right up".
 """
 
 from collections.abc import Sequence
@@ -49,7 +49,7 @@ class Configuration(NamedTuple):
 
     @staticmethod
     def from_code(code: int) -> "Configuration":
-        """The configuration of a wire code; bits above the third are not looked at."""
+        """The configuration of a wire code; bits above the third are ignored."""
         return CONFIGURATIONS[code & 7]
 
     def __str__(self) -> str:

@@ -10,8 +10,8 @@ from rfms_can.transform import Transform
 def direct(arm: Geometry, q: Sequence[float]) -> Transform:
     """T6 of the joint angles ``q`` (radians): the wrist centre's frame in the base frame.
 
-    Joint limits are not looked at: the direct solution exists for every angle. The base frame's
-    origin stands on the joint-2 axis; pedestal, flange and tool are transforms of the user's.
+    Joint limits are not checked: the direct solution exists for every angle. The origin of the base
+    frame is on the joint-2 axis; pedestal, flange and tool are transforms of the user.
     """
     sin, cos = math.sin, math.cos
     q1, q2, q3, q4, q5, q6 = q

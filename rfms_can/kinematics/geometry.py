@@ -1,4 +1,4 @@
-"""What the kinematics need to know of an arm, and the shapes they speak in."""
+"""Geometry of an arm as the kinematics need it, and their types."""
 
 from typing import Protocol
 
@@ -12,7 +12,7 @@ Limits = tuple[tuple[float, float], ...]
 class Geometry(Protocol):
     """A six-joint arm with a spherical wrist, the structure of Appendix A with any lengths.
 
-    Lengths are metres. a3 is zero in the thesis' PUMA 260; the formulas here carry it.
+    Lengths are metres. a3 is zero in the thesis' PUMA 260; the formulas here include it.
     """
 
     @property

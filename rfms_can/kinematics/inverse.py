@@ -17,11 +17,11 @@ _NO_ROLL: Final[CosSin] = (1.0, 0.0)
 
 
 class InverseKinematics:
-    """The inverse solution of one arm, its constants worked out once.
+    """The inverse solution of one arm, its constants computed once.
 
     Where the wrist is singular (|S5| < ``WRIST_BOUND``) theta4 is held at its previous value and
-    theta6 takes the rest: their sum (theta5 = 0) or difference (theta5 = pi) is what T6 says.
-    ``wrist_singularity`` tells.
+    theta6 follows: T6 determines their sum (theta5 = 0) or difference (theta5 = pi).
+    ``wrist_singularity`` reports it.
     """
 
     def __init__(self, arm: Geometry, tolerance: Tolerance = EXACT) -> None:
@@ -34,10 +34,10 @@ class InverseKinematics:
     def branch(
         self, t6: Transform, configuration: Configuration, held: CosSin = _NO_ROLL
     ) -> Joints:
-        """The solution of one branch as the formulas give it, whatever the joint limits.
+        """The solution of one branch by the formulas, without joint limits.
 
-        Each angle is right modulo a turn; ``held`` is the cosine and sine of theta4 at a wrist
-        singularity. Never raises: angles that do not exist are NaN.
+        Each angle is correct modulo a turn; ``held`` is the cosine and sine of theta4 at a wrist
+        singularity. Never raises: undefined angles are NaN.
         """
         left, up, noflip = configuration
         form, pz, atan2 = self._form, t6[11], math.atan2
@@ -70,7 +70,7 @@ class InverseKinematics:
 
         Raises:
             UnreachableError: inside the shoulder cylinder, at the shoulder, too near or too far.
-            JointLimitError: no turn of a joint's angle lies in its range.
+            JointLimitError: no whole turn of a joint's angle is in its range.
             KinematicsError: an element of ``t6`` or ``previous`` is not finite.
         """
         if previous is None:
@@ -91,10 +91,10 @@ class InverseKinematics:
         return q
 
     def all_branches(self, t6: Transform) -> dict[Configuration, Joints]:
-        """Every branch, angles in [-pi, pi], whatever the joint limits; theta4 = 0 if singular.
+        """Every branch, angles in [-pi, pi], without joint limits; theta4 = 0 if singular.
 
         Raises:
-            UnreachableError: ``t6`` is out of reach, of all branches alike.
+            UnreachableError: ``t6`` is out of reach in all branches.
             KinematicsError: an element of ``t6`` is not finite.
         """
         refusal = reach_error(self.arm, t6, self._form)
@@ -109,7 +109,7 @@ class InverseKinematics:
     def wrist_singularity(
         self, t6: Transform, configuration: Configuration
     ) -> SingularityError | None:
-        """The wrist singularity at ``t6`` by name, number and bound; None if there is none."""
+        """The wrist singularity at ``t6`` by name, number and bound; None if it is regular."""
         left, up, _ = configuration
         form = self._form
         v114 = form.v114(t6, left)
@@ -120,13 +120,13 @@ class InverseKinematics:
             return None
         return SingularityError(
             f"{self.arm.name}: wrist singularity: |sin theta5| = {s5:.3g} is below "
-            f"{WRIST_BOUND:g}: theta4 is held, theta6 takes the rest"
+            f"{WRIST_BOUND:g}: theta4 is held, theta6 follows from T6"
         )
 
     def _refusal(
         self, t6: Transform, previous: Sequence[float], branch: Joints, q: Joints
     ) -> KinematicsError:
-        """Why there is no solution, ``q`` having a NaN."""
+        """The error for a solution ``q`` that contains a NaN."""
         if not all(map(math.isfinite, previous)):
             return KinematicsError(f"{self.arm.name}: previous {tuple(previous)} is not finite")
         refusal = reach_error(self.arm, t6, self._form)
@@ -142,7 +142,7 @@ def inverse(
     configuration: Configuration,
     previous: Sequence[float] | None = None,
 ) -> Joints:
-    """``InverseKinematics.solve`` once; keep the object where it is called each cycle."""
+    """``InverseKinematics.solve`` once; keep an object for repeated calls."""
     return InverseKinematics(arm).solve(t6, configuration, previous)
 
 

@@ -1,10 +1,10 @@
 """The Jacobian in the T6 frame and its partitioned inverse (A.22 to A.30, with a3).
 
 The thesis' second and third columns belong to theta2 and theta23 = theta2 + theta3. Here columns
-belong to theta1 to theta6: J = J' E, E = I + e3 e2^T, so column 2 takes the theta23 column too,
-and in the inverse row 3 loses row 2.
+belong to theta1 to theta6: J = J' E, E = I + e3 e2^T, so column 2 includes the theta23 column, and
+in the inverse row 2 is subtracted from row 3.
 
-Plain floats: where an array is wanted, ``numpy.array`` of the six tuples is the fastest way there.
+Plain floats: for an array, ``numpy.array`` of the six tuples is the fastest conversion.
 """
 
 import math
@@ -72,7 +72,7 @@ def _arm_columns(
 ) -> tuple[Vector3, Vector3, Vector3, Vector3, Vector3]:
     """Linear columns of theta1, theta2, theta23 and angular ones of theta1, theta23 (A.24, A.25).
 
-    theta2 turns nothing while theta23 stands still: its angular column is zero.
+    theta2 rotates no frame while theta23 is constant: its angular column is zero.
     """
     sin, cos = math.sin, math.cos
     _, q2, q3, q4, q5, q6 = q

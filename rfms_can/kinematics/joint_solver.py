@@ -1,4 +1,4 @@
-"""The inverse solution of one joint: what a joint node computes each cycle from T6 alone."""
+"""The inverse solution of one joint, computed by a joint node each cycle from T6 alone."""
 
 import math
 from typing import Final
@@ -15,10 +15,10 @@ from rfms_can.transform import Transform
 class JointSolver:
     """One joint's angle from T6, exact: every sine it needs is of this T6, none of the last.
 
-    The formulas are those of the full solution and so is every digit of the result. Joints 4, 5
-    and 6 need theta4 where the wrist is singular. Each keeps its own copy, refreshed by every T6
-    it solves that is not: nodes hear the same set-points and so hold the same theta4. Before the
-    first solution it is what ``hold`` was told (theta4 is on the bus, in MEASURE 4), else zero.
+    The formulas, and so every digit of the result, are those of the full solution. Joints 4, 5
+    and 6 need theta4 where the wrist is singular. Each keeps its own copy, updated by every regular
+    T6 it solves: nodes receive the same set-points and so hold the same theta4. Before the first
+    solution it is the angle given to ``hold`` (theta4 is on the bus, in MEASURE 4), else zero.
     """
 
     __slots__ = ("_angle", "_form", "_held", "_lower", "_upper", "arm", "joint")
@@ -41,19 +41,19 @@ class JointSolver:
         """The joint's angle, radians: the turn nearest to ``previous`` inside the range.
 
         Returns:
-            The angle; NaN where there is none (out of reach, out of range, or a T6 that
-            ``Transform.from_o_a_p`` found to be no rotation). Never raises: a node calls this
-            with what the bus sent. ``refusal`` says why.
+            The angle; NaN without a solution (out of reach, out of range, or a T6 refused by
+            ``Transform.from_o_a_p``). Never raises: a node calls this with received data.
+            ``refusal`` gives the reason.
         """
         angle = self._angle(t6, configuration)
         return nearest_turn(angle, previous, self._lower, self._upper)
 
     def hold(self, theta4: float) -> None:
-        """Tell where theta4 (radians) stands: before the first set-point, from its encoder."""
+        """Set the held theta4 (radians), from its encoder, before the first set-point."""
         self._held = (math.cos(theta4), math.sin(theta4))
 
     def refusal(self, t6: Transform, configuration: Configuration) -> KinematicsError | None:
-        """Why ``solve`` answers NaN, by name, number and bound; None if T6 has a solution."""
+        """Why ``solve`` returns NaN, by name, number and bound; None if T6 has a solution."""
         refusal = reach_error(self.arm, t6, self._form)
         if refusal is not None:
             return refusal
@@ -104,6 +104,6 @@ class JointSolver:
         forearm = form.forearm(v114, pz, rho2, k, m)
         v313, v323, c5 = form.approach(t6, waist, forearm)
         roll = c4, s4 = form.roll(v313, v323, noflip, self._held)
-        if not math.isnan(c4):  # a set-point without solution tells nothing about theta4
+        if not math.isnan(c4):  # a set-point without a solution does not determine theta4
             self._held = roll
         return roll, (c5, -c4 * v313 - s4 * v323), waist, forearm

@@ -1,4 +1,4 @@
-"""Which of an angle's turns to take: the one next to where the joint stands, inside its range."""
+"""Selection of the whole turn of an angle: the one nearest to the joint, inside its range."""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ TURN: Final = math.tau
 def nearest_turn(angle: float, previous: float, lower: float, upper: float) -> float:
     """``angle`` plus the whole turns that bring it closest to ``previous`` inside the range.
 
-    A solution is an angle modulo a turn, a joint is not: joints 4 and 6 turn more than once round,
-    and the set-point before says where they are. The nearest turn outside the range gives way to
-    the nearest inside, which a joint motion unwinds to; in a Cartesian one it is a step that the
-    speed limit refuses. Radians.
+    A solution is an angle modulo a turn, a joint is not: joints 4 and 6 turn by more than a
+    revolution, and the previous set-point says where they are. If the nearest turn is outside the
+    range, the nearest inside is taken: a joint motion unwinds to it; in a Cartesian motion it is a
+    step that the speed limit refuses. Radians.
 
     Returns:
         The angle, or NaN if no turn of it lies in the range or an argument is not finite.
@@ -35,7 +35,7 @@ def nearest_turn(angle: float, previous: float, lower: float, upper: float) -> f
 
 
 def within_limits(arm: Geometry, q: Sequence[float]) -> tuple[bool, ...]:
-    """For each joint, whether its angle (radians, as it stands) is inside its range."""
+    """For each joint, whether its angle (radians, not reduced) is inside its range."""
     return tuple(
         lower <= angle <= upper for angle, (lower, upper) in zip(q, arm.joint_limits, strict=True)
     )

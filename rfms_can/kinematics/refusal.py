@@ -1,4 +1,4 @@
-"""Why a pose has no solution: the words, the number and the bound."""
+"""Why a pose has no solution: reason, number and bound."""
 
 import math
 
@@ -45,7 +45,7 @@ def limit_error(arm: Geometry, joint: int, angle: float) -> JointLimitError:
     angle = math.remainder(angle, math.tau)
     degrees = math.degrees
     return JointLimitError(
-        f"{arm.name}: joint {joint} would have to stand at {angle:.6g} rad "
+        f"{arm.name}: joint {joint} would have to be at {angle:.6g} rad "
         f"({degrees(angle):.4g} deg, or a whole turn from there), outside "
         f"[{lower:.6g}, {upper:.6g}] rad ([{degrees(lower):.4g}, {degrees(upper):.4g}] deg): "
         f"try another configuration"

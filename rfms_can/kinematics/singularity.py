@@ -9,7 +9,7 @@ from rfms_can.kinematics.geometry import Geometry
 
 
 class SingularityMargins(NamedTuple):
-    """How far from singular a pose is: zero is singular, the sign is the configuration.
+    """Distances of a pose from the singularities: zero is singular, the sign is the configuration.
 
     det J = a2 L * elbow * shoulder * wrist, L = hypot(a3, d4).
 
@@ -26,9 +26,9 @@ class SingularityMargins(NamedTuple):
 
 
 REGULAR_BOUNDS: Final = SingularityMargins(elbow=1e-6, shoulder=1e-6, wrist=1e-6)
-"""Smallest margins (sine, metres, sine) at which J is inverted: ten digits are left there."""
+"""Smallest margins (sine, metres, sine) at which J is inverted, accurate to ten digits there."""
 
-_WAYS_OUT: Final = {
+_REMEDIES: Final = {
     "elbow": "bend joint 3 away from the stretched or folded arm",
     "shoulder": "move the wrist centre away from the joint-1 axis",
     "wrist": "turn joint 5, which has joints 4 and 6 in line",
@@ -59,5 +59,5 @@ def require_regular(arm: Geometry, q: Sequence[float]) -> None:
             unit = " m" if name == "shoulder" else ""
             raise SingularityError(
                 f"{arm.name}: {name} singularity: margin {margin:.3g}{unit} is within "
-                f"{bound:g}{unit} of zero: {_WAYS_OUT[name]}"
+                f"{bound:g}{unit} of zero: {_REMEDIES[name]}"
             )

@@ -1,4 +1,4 @@
-"""Where a server listens: Unix sockets under its name, TCP only when asked.
+"""Addresses of a server: Unix sockets under its name, TCP only on request.
 
 A NAME stands for three Unix sockets, ``requests``, ``status`` and ``emergency``, in a directory
 only its owner can enter (``rendezvous.py``); ``tcp://ADDRESS:PORT`` for PORT and the two after it.
@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from rfms_can.errors import LinkError
-from rfms_can.link.rendezvous import Rendezvous, living
+from rfms_can.link.rendezvous import Rendezvous, running_names
 
 DEFAULT_NAME: Final = "rfms"
 SOCKETS: Final = ("requests", "status", "emergency")
 LONGEST_PATH: Final = 107
-"""Bytes a Unix socket's path may have (``sun_path`` of unix(7), without its end)."""
+"""Longest path of a Unix socket, bytes (``sun_path`` of unix(7), without the final zero)."""
 LAST_PORT: Final = 65_533
 """The highest port with two after it."""
 
@@ -38,23 +38,23 @@ class TcpAddress(NamedTuple):
 
     @property
     def loopback(self) -> bool:
-        """Whether only this machine reaches it."""
+        """Whether it is reachable from this machine only."""
         return ipaddress.ip_address(self.host).is_loopback
 
     @property
-    def six(self) -> bool:
-        """Whether it is one of IPv6."""
+    def ipv6(self) -> bool:
+        """Whether it is an IPv6 address."""
         return ":" in self.host
 
     @property
     def endpoints(self) -> Endpoints:
         """ZeroMQ's names."""
-        host = f"[{self.host}]" if self.six else self.host
+        host = f"[{self.host}]" if self.ipv6 else self.host
         return Endpoints(*(f"tcp://{host}:{self.port + place}" for place in range(len(SOCKETS))))
 
 
-def place_of(name: str) -> Rendezvous:
-    """The place a server of this name has, or would have."""
+def rendezvous_of(name: str) -> Rendezvous:
+    """The rendezvous directory of a server of this name."""
     return Rendezvous("server", name, LinkError)
 
 
@@ -62,9 +62,9 @@ def socket_paths(name: str) -> tuple[Path, ...]:
     """The paths of a server's Unix sockets, in the order of ``SOCKETS``.
 
     Raises:
-        LinkError: a name that is none, or paths longer than Unix sockets may have.
+        LinkError: an invalid name, or paths too long for Unix sockets.
     """
-    directory = place_of(name).directory
+    directory = rendezvous_of(name).directory
     paths = tuple(directory / socket for socket in SOCKETS)
     longest = max(len(str(path).encode()) for path in paths)
     if longest > LONGEST_PATH:
@@ -81,10 +81,10 @@ def ipc_endpoints(name: str) -> Endpoints:
 
 
 def tcp_address(text: str) -> TcpAddress:
-    """The address that ``tcp://ADDRESS:PORT`` names.
+    """The address in ``tcp://ADDRESS:PORT``.
 
     Raises:
-        LinkError: it names none; host names are not looked up.
+        LinkError: invalid address; host names are not looked up.
     """
     match = _TCP.fullmatch(text)
     if match is None:
@@ -93,16 +93,16 @@ def tcp_address(text: str) -> TcpAddress:
 
 
 def checked(host: str, port: int) -> TcpAddress:
-    """A TCP address, looked over.
+    """A validated TCP address.
 
     Raises:
-        LinkError: the host is no numerical address, or the port leaves no room for two more.
+        LinkError: the host is not a numerical address, or the port leaves no room for two more.
     """
     try:
         ipaddress.ip_address(host)
     except ValueError as error:
         raise LinkError(
-            f"address {host!r} is no numerical one, e.g. 127.0.0.1; names are not looked up"
+            f"address {host!r} is not numerical, e.g. 127.0.0.1; host names are not looked up"
         ) from error
     if not 1 <= port <= LAST_PORT:
         raise LinkError(f"port {port} is not in 1..{LAST_PORT}; three in a row are used")
@@ -117,17 +117,17 @@ def endpoints_of(address: str, *, with_keys: bool = False) -> Endpoints:
         with_keys: whether the client has CURVE keys.
 
     Raises:
-        LinkError: no server of that name runs, its directory is not this user's alone, or the
-            address is none, or not this machine's and there are no keys.
+        LinkError: no server of that name runs, its directory is open to other users, the address
+            is invalid, or it is on another machine and no keys are given.
     """
     if "://" in address:
         tcp = tcp_address(address)
         if not tcp.loopback and not with_keys:
             raise LinkError(f"{address} is not on this machine: give the keys of server and client")
         return tcp.endpoints
-    place = place_of(address)
+    place = rendezvous_of(address)
     if not place.alive:
-        names = ", ".join(living(place.what)) or "none"
+        names = ", ".join(running_names(place.what)) or "none"
         raise LinkError(
             f"no server {address!r} is running (running: {names}); start one: "
             f"rfms serve --name {address}"

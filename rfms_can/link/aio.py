@@ -1,4 +1,4 @@
-"""The client's sockets for programs on asyncio: what waits is awaited, the rest is the same."""
+"""The client's sockets for asyncio: replies and status are awaited, the rest is unchanged."""
 
 import asyncio
 from types import TracebackType
@@ -16,10 +16,10 @@ class AsyncClientSocket:
 
     Args:
         address: a server's NAME, or ``tcp://ADDRESS:PORT``.
-        keys: CURVE keys, for a server that asks for them.
+        keys: CURVE keys, for a server that requires them.
 
     Raises:
-        LinkError: as with ``ClientSocket``.
+        LinkError: see ``ClientSocket``.
     """
 
     def __init__(self, address: str, keys: ClientKeys | None = None) -> None:
@@ -30,7 +30,7 @@ class AsyncClientSocket:
 
     def send(self, data: bytes) -> None:
         """Send a request; see ``ClientSocket.send``."""
-        # by the asyncio socket: it looks again at what its own send may have made readable
+        # by the asyncio socket: it polls again for replies that its own send made readable
         sent = self._requests.send(checked_length(data), zmq.NOBLOCK)
         error = cast("asyncio.Future[object]", sent).exception()  # done: it does not wait
         if isinstance(error, zmq.Again):

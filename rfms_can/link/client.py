@@ -1,8 +1,8 @@
 """A client's three sockets: requests and replies, the newest status, emergency stops. Bytes only.
 
-A request waits in its queue until the server is reached, so whoever asks sees by the missing
-reply that nobody is there. An emergency stop is handed over at once or refused: none lies in wait
-for a server that starts later.
+A request stays in its queue until the server is reached: an absent server shows as a missing reply.
+An emergency stop is delivered immediately or refused; it is never queued for a server that starts
+later.
 """
 
 from types import TracebackType
@@ -20,7 +20,7 @@ REQUESTS_QUEUED: Final = 64
 MAX_REPLY_BYTES: Final = 1024 * 1024
 """Longest message taken from a server: the names of a large world model."""
 HAND_OVER_MS: Final = 1000
-"""How long an emergency stop may take to be handed over, ms; then it lingers as long."""
+"""Timeout for the delivery of an emergency stop, ms, and its linger time on closing."""
 
 
 class ClientSocket:
@@ -28,11 +28,11 @@ class ClientSocket:
 
     Args:
         address: a server's NAME, or ``tcp://ADDRESS:PORT``.
-        keys: CURVE keys, for a server that asks for them.
+        keys: CURVE keys, for a server that requires them.
 
     Raises:
-        LinkError: no server of that name runs, or the address is none; over TCP it is not seen
-            here whether somebody listens.
+        LinkError: no server of that name runs, or the address is invalid; over TCP an absent
+            server is not detected here.
     """
 
     def __init__(self, address: str, keys: ClientKeys | None = None) -> None:
@@ -53,7 +53,7 @@ class ClientSocket:
         status.setsockopt(zmq.CONFLATE, 1)
         status.subscribe(b"")
         emergency = self._socket(zmq.PUSH, keys, endpoints)
-        emergency.setsockopt(zmq.IMMEDIATE, 1)  # only to who is there
+        emergency.setsockopt(zmq.IMMEDIATE, 1)  # only to a connected peer
         emergency.sndtimeo = HAND_OVER_MS
         emergency.linger = HAND_OVER_MS
         requests.connect(endpoints.requests)
@@ -77,7 +77,7 @@ class ClientSocket:
         """Send a request.
 
         Raises:
-            LinkError: it is longer than the server takes, or too many wait already.
+            LinkError: it is longer than the server accepts, or too many requests are queued.
         """
         try:
             self.requests.send(checked_length(data), zmq.NOBLOCK)
@@ -96,7 +96,7 @@ class ClientSocket:
         """Hand an emergency stop to the server.
 
         Raises:
-            LinkError: nobody took it within ``HAND_OVER_MS``.
+            LinkError: no server accepted it within ``HAND_OVER_MS``.
         """
         try:
             self._emergency.send(checked_length(data))
@@ -125,7 +125,7 @@ class ClientSocket:
 
 
 def checked_length(data: bytes) -> bytes:
-    """The message, if a server would take it.
+    """The message, if a server accepts its length.
 
     Raises:
         LinkError: it is too long.
@@ -136,14 +136,14 @@ def checked_length(data: bytes) -> bytes:
 
 
 def full(address: str) -> LinkError:
-    """The error that too many requests wait."""
+    """The error for a full request queue."""
     return LinkError(
         f"server {address!r} takes no requests: {REQUESTS_QUEUED} wait already; see whether it runs"
     )
 
 
 def take(socket: "zmq.Socket[bytes]") -> bytes | None:
-    """A message that is there; None if it is not."""
+    """A received message; None if there is none."""
     try:
         return socket.recv(zmq.NOBLOCK)
     except zmq.Again:
@@ -151,5 +151,5 @@ def take(socket: "zmq.Socket[bytes]") -> bytes | None:
 
 
 def milliseconds(timeout_s: float) -> int:
-    """A timeout for ZeroMQ, which takes whole milliseconds: not before its time."""
+    """A timeout for ZeroMQ, in whole milliseconds, rounded up."""
     return max(0, -int(-timeout_s * 1e3 // 1))

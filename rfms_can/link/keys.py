@@ -1,4 +1,4 @@
-"""CURVE keys: who may connect over TCP, and that the server is the one it says it is.
+"""CURVE keys: authenticate clients and server over TCP.
 
 A server's key directory::
 
@@ -26,13 +26,13 @@ CLIENTS: Final = "clients"
 PUBLIC: Final = ".key"
 SECRET: Final = ".key_secret"
 DOMAIN: Final = b"rfms"
-"""ZAP domain: connections that must be let in by key."""
+"""ZAP domain: connections that require a key."""
 
 _CLIENT_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 
 
 class ClientKeys(NamedTuple):
-    """What a client shows and expects: its own pair, and the server's public key (Z85)."""
+    """Keys of a client: its own pair, and the server's public key (Z85)."""
 
     public: bytes
     secret: bytes
@@ -50,7 +50,7 @@ class ClientKeys(NamedTuple):
 
 
 class ServerKeys(NamedTuple):
-    """A server's pair (Z85), and the directory with the public keys it lets in."""
+    """A server's pair (Z85), and the directory with its clients' public keys."""
 
     public: bytes
     secret: bytes
@@ -61,7 +61,7 @@ class ServerKeys(NamedTuple):
         """Read a server's key directory.
 
         Raises:
-            LinkError: it is none, others can read the secret, or it lets nobody in.
+            LinkError: it is not a key directory, others can read the secret, or it has no client.
         """
         secret_file = directory / (SERVER + SECRET)
         public, secret = _pair(secret_file)
@@ -70,14 +70,14 @@ class ServerKeys(NamedTuple):
         clients = directory / CLIENTS
         allowed = sorted(clients.glob(f"*{PUBLIC}"))
         if not allowed:
-            raise LinkError(f"{clients} holds no client's key: nobody could connect; add one")
+            raise LinkError(f"{clients} holds no client's key, so no client could connect; add one")
         for file in allowed:
             _certificate(file)
         return cls(public, secret, clients)
 
 
 def new_server_keys(directory: Path) -> Path:
-    """Make a key directory with the server's pair, unless it has one; its public key's file.
+    """Make a key directory with the server's pair, unless it has one; the public key's file.
 
     Raises:
         LinkError: it cannot be written.
@@ -91,14 +91,14 @@ def new_server_keys(directory: Path) -> Path:
 
 
 def new_client_keys(directory: Path, name: str) -> Path:
-    """Make a client's pair and let it in; the file to move to the client.
+    """Make a client's pair and authorise it; the file to move to the client.
 
     Args:
         directory: of the server's keys.
         name: of the client.
 
     Raises:
-        LinkError: the name is none or taken, or the directory cannot be written.
+        LinkError: the name is invalid or taken, or the directory cannot be written.
     """
     if not _CLIENT_NAME.fullmatch(name) or name == SERVER:
         raise LinkError(f"client name {name!r}: letters, digits, '_' or '-', not {SERVER!r}")
@@ -114,7 +114,7 @@ def new_client_keys(directory: Path, name: str) -> Path:
 def authenticate(
     context: "zmq.Context[zmq.Socket[bytes]]", keys: ServerKeys
 ) -> ThreadAuthenticator:
-    """Begin to let in the clients of a directory, and nobody else, in a thread; stop it later."""
+    """Start a thread that admits only the clients of the directory; the caller stops it."""
     authenticator = ThreadAuthenticator(context)
     authenticator.start()
     authenticator.configure_curve(domain=DOMAIN.decode(), location=keys.clients)
@@ -123,7 +123,7 @@ def authenticate(
 
 @contextmanager
 def _writing(directory: Path) -> Iterator[None]:
-    """Turns what the file system refuses into our own error."""
+    """Turn errors of the file system into ``LinkError``."""
     try:
         yield
     except OSError as error:
@@ -131,7 +131,7 @@ def _writing(directory: Path) -> Iterator[None]:
 
 
 def _create(directory: Path, name: str) -> None:
-    """A pair of certificates; the secret one is the owner's alone from the start."""
+    """Create a pair of certificates; only the owner can read the secret one, from the start."""
     before = os.umask(0o077)
     try:
         create_certificates(directory, name)
@@ -143,7 +143,7 @@ def _certificate(file: Path) -> tuple[bytes, bytes | None]:
     try:
         return load_certificate(file)
     except (OSError, ValueError) as error:
-        raise LinkError(f"{file} is no key: {error}") from error
+        raise LinkError(f"{file} is not a key: {error}") from error
 
 
 def _pair(file: Path) -> tuple[bytes, bytes]:

@@ -1,9 +1,8 @@
-"""Where processes of one user meet: a directory of its owner, and a lock that says who is alive.
+"""How processes of one user find each other: a private directory, and a lock held while alive.
 
 ``$XDG_RUNTIME_DIR`` (or the temporary directory) ``/rfms-<what>-<name>-<uid>/`` has permission
-0700, so only the owner's processes reach the sockets in it. The lock is held as long as whoever
-claimed the name runs and goes with its process, however that ends: a socket without a locked lock
-is stale.
+0700, so only the owner's processes reach the sockets in it. The process that claimed the name holds
+the lock, and the kernel releases it when the process ends: a socket without a held lock is stale.
 """
 
 import fcntl
@@ -21,12 +20,12 @@ LOCK_FILE: Final = "lock"
 
 
 class Rendezvous(NamedTuple):
-    """A name under which processes of this user find somebody.
+    """A name under which processes of this user find a server or a hub.
 
     Attributes:
-        what: kind of who lives there, e.g. ``hub``.
+        what: kind of process, e.g. ``hub``.
         name: 1 to 40 letters, digits, ``_``, ``.`` or ``-``.
-        error: raised when something is wrong with the place.
+        error: type of the errors raised.
     """
 
     what: str
@@ -38,7 +37,7 @@ class Rendezvous(NamedTuple):
         """Its directory, which need not exist.
 
         Raises:
-            RfmsError: (as ``error``) a name that is none.
+            RfmsError: (as ``error``) the name is invalid.
         """
         if not NAME.fullmatch(self.name):
             raise self.error(
@@ -48,10 +47,10 @@ class Rendezvous(NamedTuple):
         return _base() / f"rfms-{self.what}-{self.name}-{os.getuid()}"
 
     def claim(self) -> IO[bytes]:
-        """Make the name ours: the lock, to be kept open.
+        """Claim the name; returns the lock, to be kept open.
 
         Raises:
-            RfmsError: (as ``error``) somebody lives there, or the directory is another user's.
+            RfmsError: (as ``error``) the name is in use, or the directory is another user's.
         """
         directory = self.directory
         try:
@@ -78,28 +77,28 @@ class Rendezvous(NamedTuple):
         return lock
 
     def check_ours(self) -> None:
-        """See that the directory is a directory of this user, closed to others.
+        """Check that the directory belongs to this user and is closed to others.
 
         Raises:
             RfmsError: (as ``error``) it is not.
-            FileNotFoundError: there is none.
+            FileNotFoundError: it does not exist.
         """
         directory = self.directory
         status = directory.lstat()
         if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
             raise self.error(
-                f"{directory} is not a directory of this user: somebody else took the name"
+                f"{directory} is not a directory of this user: another user has the name"
             )
         if stat.S_IMODE(status.st_mode) != 0o700:
             raise self.error(f"{directory} is open to others: chmod 700 it or remove it")
 
     @property
     def alive(self) -> bool:
-        """Whether somebody lives there now."""
+        """Whether a process holds the name now."""
         return _is_locked(self.directory / LOCK_FILE)
 
 
-def living(what: str) -> list[str]:
+def running_names(what: str) -> list[str]:
     """Names of this user's hubs, servers ... that are running."""
     prefix, suffix = f"rfms-{what}-", f"-{os.getuid()}"
     return [

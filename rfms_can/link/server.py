@@ -1,8 +1,7 @@
-"""A server's sockets: requests in and replies out, the status to everybody, emergency stops in.
+"""A server's sockets: requests in and replies out, status broadcasts, emergency stops in.
 
-Nothing here waits for a peer: a reply to a peer that has gone is dropped, and a slow reader of
-the status misses some of it. Messages longer than ``MAX_BYTES`` end the connection they came on
-before they are read.
+Nothing here blocks on a peer: a reply to a disconnected peer is dropped, and a slow subscriber of
+the status misses some of it. A message longer than ``MAX_BYTES`` closes its connection unread.
 """
 
 import os
@@ -14,24 +13,24 @@ from typing import IO, Final, Self
 import zmq
 
 from rfms_can.errors import LinkError
-from rfms_can.link.address import DEFAULT_NAME, TcpAddress, place_of, socket_paths
+from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of, socket_paths
 from rfms_can.link.keys import DOMAIN, ServerKeys, authenticate
 from rfms_can.messages import MAX_BYTES
 
 STATUS_QUEUED: Final = 4
-"""Status messages kept for a reader that is slow."""
+"""Status messages queued for a slow subscriber."""
 REQUESTS_QUEUED: Final = 256
-"""Messages kept of and for one peer."""
+"""Messages queued from and for one peer."""
 SOCKET_MODE: Final = 0o600
 AT_ONCE: Final = 64
-"""Requests taken at a time, so that a peer that never stops keeps no cycle waiting."""
+"""Requests taken at a time, so that a flood from one peer does not delay a cycle."""
 
 
 def check_binding(tcp: TcpAddress | None, keys: ServerKeys | None) -> None:
-    """See that nobody reaches the arm over a network without a key.
+    """Refuse a network address without keys.
 
     Raises:
-        LinkError: the address is not this machine's, and there are no keys.
+        LinkError: the address is reachable from other machines, and no keys are given.
     """
     if tcp is not None and not tcp.loopback and keys is None:
         raise LinkError(
@@ -41,16 +40,16 @@ def check_binding(tcp: TcpAddress | None, keys: ServerKeys | None) -> None:
 
 
 class ServerSocket:
-    """Listens on the Unix sockets of a name and, when asked, on TCP.
+    """Listens on the Unix sockets of a name and, on request, on TCP.
 
     Args:
-        name: the server's.
-        tcp: address to listen on besides, or None.
-        keys: CURVE keys of the TCP connections; the Unix sockets are their owner's anyway.
+        name: of the server.
+        tcp: additional address to listen on, or None.
+        keys: CURVE keys of the TCP connections; file permissions protect the Unix sockets.
 
     Raises:
-        LinkError: the name or a port is taken, the directory is not ours alone, or the address
-            is not this machine's and there are no keys.
+        LinkError: the name or a port is taken, the directory is open to other users, or the
+            address is reachable from other machines and no keys are given.
     """
 
     def __init__(
@@ -62,12 +61,12 @@ class ServerSocket:
         check_binding(tcp, keys)
         self.name = name
         self._paths = socket_paths(name)
-        self._lock: IO[bytes] = place_of(name).claim()
+        self._lock: IO[bytes] = rendezvous_of(name).claim()
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._authenticator = None if keys is None else authenticate(self._context, keys)
         self._requests = self._make(zmq.ROUTER, REQUESTS_QUEUED)
         self._epoll = select.epoll()
-        self._look_again = True
+        self._poll_again = True
         self._status = self._make(zmq.PUB, STATUS_QUEUED)
         self._emergency = self._make(zmq.PULL, REQUESTS_QUEUED)
         try:
@@ -95,7 +94,7 @@ class ServerSocket:
         return socket
 
     def _bind_paths(self) -> None:
-        """Bind the Unix sockets; they are nobody else's from their first moment on."""
+        """Bind the Unix sockets, with the owner's permissions from the start."""
         before = os.umask(0o177)
         try:
             for socket, path in zip(self._sockets, self._paths, strict=True):
@@ -111,9 +110,9 @@ class ServerSocket:
                 raise LinkError(f"{path} has mode {mode:o} instead of {SOCKET_MODE:o}: not served")
 
     def _bind_tcp(self, tcp: TcpAddress, keys: ServerKeys | None) -> None:
-        """Bind the ports; options set now concern them and not the Unix sockets."""
+        """Bind the ports; options set here do not apply to the Unix sockets, which are bound."""
         for socket, endpoint in zip(self._sockets, tcp.endpoints, strict=True):
-            socket.setsockopt(zmq.IPV6, int(tcp.six))
+            socket.setsockopt(zmq.IPV6, int(tcp.ipv6))
             if keys is not None:
                 socket.setsockopt(zmq.CURVE_SERVER, 1)
                 socket.curve_publickey, socket.curve_secretkey = keys.public, keys.secret
@@ -124,55 +123,55 @@ class ServerSocket:
                 raise LinkError(f"{endpoint} cannot be bound: {error}; choose another") from error
 
     def pending(self) -> bool:
-        """Whether somebody has sent something: quick enough to ask after every frame.
+        """Whether a message has arrived; fast enough to be called after every frame.
 
-        ZeroMQ's descriptors tell that something is new, once: what may have been told while we
-        sent, or is left from before, is looked at anyway.
+        ZeroMQ's descriptors are edge-triggered: an event may be consumed while this end sends, or
+        messages may be left from before, so ``_poll_again`` forces a poll.
         """
-        if not self._look_again and not self._epoll.poll(0):
+        if not self._poll_again and not self._epoll.poll(0):
             return False
-        self._look_again = False
+        self._poll_again = False
         return bool(self._poller.poll(0))
 
     def wait(self, timeout_s: float) -> bool:
-        """Wait until somebody has sent something; whether somebody has."""
-        self._look_again = True
+        """Wait until a message has arrived; False on a timeout."""
+        self._poll_again = True
         return bool(self._poller.poll(max(0, round(timeout_s * 1e3))))
 
     def emergencies(self) -> Iterator[bytes]:
-        """Emergency stops that have come, each in one piece."""
+        """Received emergency stops; a message of several parts gives an empty one."""
         for _ in range(AT_ONCE):
             try:
                 parts = self._emergency.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
             yield parts[0] if len(parts) == 1 else b""
-        self._look_again = True
+        self._poll_again = True
 
     def requests(self) -> Iterator[tuple[bytes, bytes]]:
-        """Requests that have come: the peer, and the message; of several parts none is one."""
+        """Received requests as (peer, message); a message of several parts gives an empty one."""
         for _ in range(AT_ONCE):
             try:
                 peer, *parts = self._requests.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
             yield peer, parts[0] if len(parts) == 1 else b""
-        self._look_again = True
+        self._poll_again = True
 
     def reply(self, peer: bytes, data: bytes) -> None:
-        """Answer a peer; one that has gone or does not read gets nothing."""
-        self._look_again = True
+        """Reply to a peer; dropped if the peer has gone or does not read."""
+        self._poll_again = True
         try:
             self._requests.send_multipart((peer, data), zmq.NOBLOCK)
         except zmq.Again:
             return
 
     def broadcast(self, status: bytes) -> None:
-        """Tell everybody who listens."""
+        """Publish the status to all subscribers."""
         self._status.send(status, zmq.NOBLOCK)
 
     def close(self) -> None:
-        """Disconnect everybody and free the name."""
+        """Disconnect all peers and release the name."""
         self._epoll.close()
         for socket in self._sockets:
             socket.close()

@@ -1,6 +1,6 @@
-"""What a coordinator and the server say to one another: typed, bounded messages (thesis VI.3).
+"""Messages between a coordinator and the server: typed, with bounds (thesis VI.3).
 
-The same messages travel over a link or are handed over as they are, in one process.
+The same messages are sent over the link, or passed as objects within one process.
 """
 
 from rfms_can.messages.base import MAX_BYTES, T6, Message, Rigid, Vector3, Vector6

@@ -1,4 +1,4 @@
-"""What all messages share: their base, and the bounds of what they carry. SI units, radians."""
+"""Base class of all messages, and the bounds of their fields. SI units, radians."""
 
 from typing import Annotated, Final
 
@@ -19,10 +19,10 @@ Rigid = tuple[float, float, float, float, float, float, float, float, float, flo
 Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1e3)]
-Part = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 Directions = Annotated[dict[str, float], msgspec.Meta(min_length=1, max_length=6)]
 """Directions of the compliance frame, and a number for each."""
 
 
 class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=True):
-    """Base of all messages: immutable, typed, and without fields nobody knows."""
+    """Base of all messages: immutable, typed, unknown fields forbidden."""

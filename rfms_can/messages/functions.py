@@ -1,7 +1,7 @@
-"""Functional transforms: the coordinates a server may compute from the motion parameters (h, t).
+"""Functional transforms: coordinates as functions of the motion parameters (h, t).
 
-A closed set of data: the server evaluates it, and nothing a client sends is ever run. ``u`` below
-is the parameter: h, the part of the segment that lies behind (0 to 1), or t, the time within the
+A closed set of data types: the server evaluates them and never runs code of a client. ``u`` below
+is the parameter: h, the completed fraction of the segment (0 to 1), or t, the time within the
 segment, s (-t_acc where its transition begins, t_seg at its goal; thesis III.3.2, III.3.4).
 """
 
@@ -72,10 +72,10 @@ class TableRow(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fiel
 
 
 class Table(Function, frozen=True, tag="TABLE"):
-    """Coordinates by a table; before its first and after its last row they stay.
+    """Coordinates by a table; before its first and after its last row they are constant.
 
     Attributes:
-        rows: at least two, u growing.
+        rows: at least two, with increasing u.
         interpolation: ``"cubic"`` is a spline whose ends are at rest; ``"linear"`` has corners.
         parameter: ``"h"`` or ``"t"``.
     """

@@ -1,46 +1,46 @@
-"""What a coordinator asks of the arm."""
+"""Requests of a coordinator to the arm."""
 
 from typing import Annotated
 
 import msgspec
 
-from rfms_can.messages.base import Message, Name, Part, Word
+from rfms_can.messages.base import Fraction, Message, Name, Word
 
 
 class MoveRequest(Message, frozen=True, tag="REQUEST"):
-    """Move to a position with a mode; moves are made in the order they are asked for."""
+    """Move to a position with a mode; moves are executed in the order of their requests."""
 
     position: Name
     mode: Name
 
 
 class StopRequest(Message, frozen=True, tag="STOP"):
-    """Bring the arm to rest on its path and forget the queued moves."""
+    """Bring the arm to rest on its path and drop the queued moves."""
 
 
 class PauseRequest(Message, frozen=True, tag="PAUSE"):
-    """Come to rest on the path, keep the queued moves."""
+    """Bring the arm to rest on its path and keep the queued moves."""
 
 
 class ResumeRequest(Message, frozen=True, tag="RESUME"):
-    """Go on after a pause."""
+    """Continue after a pause."""
 
 
 class FeedRequest(Message, frozen=True, tag="FEED"):
-    """Run all segments slower; the path stays.
+    """Run all segments slower on the same path.
 
     Attributes:
-        rate: part of the speed the modes ask for, 0.05 to 1.
+        rate: fraction of the modes' speed, 0.05 to 1.
     """
 
     rate: Annotated[float, msgspec.Meta(ge=0.05, le=1.0)]
 
 
 class GripperRequest(Message, frozen=True, tag="GRIPPER"):
-    """Open or close the gripper with a part (0 to 1) of its force."""
+    """Open or close the gripper with a fraction (0 to 1) of its force."""
 
     opens: bool
-    part: Part = 1.0
+    part: Fraction = 1.0
 
 
 class ComplyRequest(Message, frozen=True, tag="COMPLY"):
@@ -56,10 +56,10 @@ class ComplyRequest(Message, frozen=True, tag="COMPLY"):
 
 
 class TareRequest(Message, frozen=True, tag="TARE"):
-    """Take what the wrist sensor reads next, touching nothing, for its bias."""
+    """Measure the bias of the wrist sensor from its next samples, without contact."""
 
 
 class LockRequest(Message, frozen=True, tag="LOCK"):
-    """Comply no more in some directions."""
+    """Stop complying in some directions."""
 
     word: Word

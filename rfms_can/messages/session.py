@@ -1,7 +1,7 @@
-"""The conversation between a coordinator and the server: who speaks, what is answered, when.
+"""The session of a coordinator with the server: requests, answers, waits, the lease.
 
 A coordinator numbers its requests from 1; the server processes each once, and answers a repeated
-one with what it answered before. ``PROTOCOL`` of the link: docs/link.md.
+request with the stored answer. ``PROTOCOL`` of the link: docs/link.md.
 """
 
 from typing import Annotated, Literal
@@ -25,17 +25,17 @@ from rfms_can.messages.world import ModeMessage, PositionMessage, TransformMessa
 
 
 class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=True):
-    """Base of what can be waited for."""
+    """Base of the conditions of a wait."""
 
 
 class MoveOver(Condition, frozen=True, tag="MOVE_OVER"):
-    """A move is complete: at rest at its goal, handed over to the next, or dropped by a stop."""
+    """A move is complete: at rest at its goal, followed by the next, or dropped by a stop."""
 
     sequence: int
 
 
 class AtRest(Condition, frozen=True, tag="AT_REST"):
-    """No move is under way or waits, and the arm stands still."""
+    """No move is active or queued, and the arm is at rest."""
 
 
 class JawAtRest(Condition, frozen=True, tag="JAW_AT_REST"):
@@ -43,7 +43,7 @@ class JawAtRest(Condition, frozen=True, tag="JAW_AT_REST"):
 
 
 class CycleReached(Condition, frozen=True, tag="CYCLE"):
-    """So many control cycles have been closed since the arm was enabled."""
+    """``cycle`` control cycles have been closed since the arm was enabled."""
 
     cycle: int
 
@@ -52,12 +52,12 @@ AnyCondition = MoveOver | AtRest | JawAtRest | CycleReached
 
 
 class LeaseRequest(Message, frozen=True, tag="LEASE"):
-    """Take, keep or give back the control of the arm; one coordinator has it at a time.
+    """Acquire, renew or release the control of the arm; one coordinator has it at a time.
 
     Attributes:
-        action: what to do with it.
-        name: who asks, for those who are refused.
-        duration_s: how long it lasts without being renewed, s.
+        action: on the lease.
+        name: of the coordinator, shown to others that are refused.
+        duration_s: time after which it lapses unless renewed, s.
     """
 
     action: Literal["acquire", "renew", "release"]
@@ -66,15 +66,15 @@ class LeaseRequest(Message, frozen=True, tag="LEASE"):
 
 
 class Query(Message, frozen=True, tag="QUERY"):
-    """Ask for the status, the names in the world model, the server's numbers; needs no lease."""
+    """Query status, names in the world model, or the server's numbers; needs no lease."""
 
     what: Literal["status", "world", "server"] = "status"
 
 
 class WaitRequest(Message, frozen=True, tag="WAIT"):
-    """Be answered when one of some conditions holds; a later one takes the place of an earlier.
+    """Wait until one of the conditions holds; a later wait replaces an earlier one.
 
-    In virtual time and lockstep time goes on only while the holder of the lease waits.
+    In virtual time and lockstep time advances only while the holder of the lease waits.
     """
 
     any_of: Annotated[list[AnyCondition], msgspec.Meta(min_length=1, max_length=64)]
@@ -94,7 +94,7 @@ ArmRequest = (
     | LockRequest
     | TareRequest
 )
-"""What the supervisor handles; all of it needs the lease."""
+"""Requests handled by the supervisor; all of them need the lease."""
 
 AnyRequest = ArmRequest | LeaseRequest | Query | WaitRequest
 
@@ -103,9 +103,9 @@ class Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A request on the link.
 
     Attributes:
-        session: who speaks: a random word of the coordinator's own, kept for its whole session.
+        session: random identifier of the coordinator, constant for its whole session.
         serial: 1, 2, 3 ...
-        message: what is asked.
+        message: the request.
     """
 
     session: Annotated[str, msgspec.Meta(min_length=16, max_length=64)]
@@ -114,14 +114,14 @@ class Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class EmergencyStop(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="EMERGENCY"):
-    """Stop now, whoever holds the lease; on a queue of its own. Not a safety function."""
+    """Stop immediately, with or without the lease; on a queue of its own. Not a safety function."""
 
     name: Name
     reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
 
 
 class WorldNames(msgspec.Struct, frozen=True):
-    """What the world model has: transforms by kind, positions, modes."""
+    """Contents of the world model: transforms by kind, positions, modes."""
 
     transforms: dict[str, str]
     positions: list[str]
@@ -129,16 +129,16 @@ class WorldNames(msgspec.Struct, frozen=True):
 
 
 class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What became of a request that was taken.
+    """The answer to an accepted request.
 
     Attributes:
-        sequence: of a move its number, from 1.
-        segment_time: of a move its t_seg, s: as the mode gave it, lengthened or from its speeds.
-        via_deviation, via_rotation: how near the tool comes to the goal before this one where
-            the move takes over without rest, m and rad; None where the arm rests between.
-        held: of a wait the indices of the conditions that hold.
-        world: of a query for it.
-        server: of a query for its numbers.
+        sequence: number of a move, from 1.
+        segment_time: t_seg of a move, s: as the mode gave it, lengthened or from its speeds.
+        via_deviation, via_rotation: smallest distance of the tool from the goal before this one if
+            the move begins without rest, m and rad; None if the arm rests between.
+        held: for a wait, the indices of the conditions that hold.
+        world: for a query of the world model.
+        server: for a query of the server's numbers.
     """
 
     sequence: int = 0
@@ -151,11 +151,11 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Refusal(msgspec.Struct, frozen=True):
-    """Why a request was not taken; nothing has changed.
+    """Why a request was refused; nothing has changed.
 
     Attributes:
         error: name of the error's class in :mod:`rfms_can.errors`.
-        reason: one line: the value, the bound, what to do.
+        reason: one line: the value, the bound, the way out.
     """
 
     error: str
@@ -176,20 +176,20 @@ class Status(msgspec.Struct, frozen=True):
         joints: measured joint angles, rad.
         t6: measured T6.
         errors: joint errors, rad.
-        sequence: number of the move under way; 0 before the first.
-        completed: number of the last move that is complete.
+        sequence: number of the current move; 0 before the first.
+        completed: number of the last complete move.
         waiting: moves in the queue.
-        at_rest: whether no move is under way or waits, and the arm stands still.
-        jaw_at_rest: whether the jaw stands still.
-        jaw: its opening, m: on a part the part's width.
-        feed: part of the modes' speed it runs at now, 0 when paused.
-        comply: directions the program has asked to comply in.
-        complying: directions the arm complies in.
-        complied: how far the compliance frame has been let go, m and rad along its axes.
-        force: what the hand does to the world, N and N m, in the compliance frame.
+        at_rest: whether no move is active or queued, and the arm is at rest.
+        jaw_at_rest: whether the jaw is at rest.
+        jaw: its opening, m: the width of a gripped workpiece.
+        feed: current fraction of the modes' speed, 0 when paused.
+        comply: compliant directions requested by the program.
+        complying: directions the arm complies in now.
+        complied: compliant displacement of the compliance frame, m and rad along its axes.
+        force: wrench of the hand on the environment, N and N m, in the compliance frame.
         force_loop: ``none`` without a wrist sensor, ``open`` or ``closed`` over it.
         guard: why the last guarded move was stopped, or None.
-        lease: who holds it, or None.
+        lease: name of its holder, or None.
         refused: requests refused so far.
         fault: the latched fault, or None.
     """
@@ -222,7 +222,7 @@ class Status(msgspec.Struct, frozen=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """The answer to one request: an answer or a refusal, and the arm's state then."""
+    """The reply to one request: an answer or a refusal, and the arm's state at that time."""
 
     serial: int
     status: Status

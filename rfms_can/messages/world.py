@@ -6,10 +6,10 @@ import msgspec
 
 from rfms_can.messages.base import (
     Directions,
+    Fraction,
     Mass,
     Message,
     Name,
-    Part,
     Positive,
     Rigid,
     Seconds,
@@ -26,17 +26,16 @@ class TransformMessage(Message, frozen=True, tag="TRANSFORM"):
 
     Attributes:
         name: its name in the world model.
-        rows: its value; of a functional transform what its function is right of.
-        kind: ``value``: positions defined from now on take the value it has then. ``reference``:
-            read anew each cycle, so that a redefinition changes the motion under way.
+        rows: its value; of a functional transform the constant left of its function.
+        kind: ``value``: positions use its value at the time they are defined. ``reference``: read
+            in every cycle, so that a redefinition changes the current motion.
             ``functional``: ``rows`` times ``function`` of the motion parameters. A transform
             keeps its kind.
         function: of a functional transform.
-        predict: of a reference: ``hold`` until the next observation, or go on with the
+        predict: of a reference: ``hold`` until the next observation, or extrapolate by the
             ``velocity`` of the last ones.
-        twist: velocity that came with the observation: of its origin, m/s, and its angular
-            velocity, rad/s, both in the frame its value is given in. Estimated from the
-            observations where it is None.
+        twist: observed velocity of its origin, m/s, and angular velocity, rad/s, both in the frame
+            its value is given in. Estimated from the observations if None.
         stamp: the server's time at which it was observed, s; now if None.
     """
 
@@ -50,12 +49,12 @@ class TransformMessage(Message, frozen=True, tag="TRANSFORM"):
 
 
 class PositionMessage(Message, frozen=True, tag="POSITION"):
-    """Define a position by an equation of transforms with T6 in it exactly once.
+    """Define a position by an equation of transforms that contains T6 exactly once.
 
     Attributes:
         name: its name in the world model.
         left, right: names of the transforms on either side, in order; ``"t6"`` is the arm.
-        tool: the transform right of T6 whose frame moves along straight lines; all that stands
+        tool: the transform right of T6 whose frame moves along straight lines; all transforms
             right of T6 if None.
         compliance: the transform in whose frame the arm complies; the tool's if None.
         configuration: e.g. ``"left up noflip"``; the arm's own when enabled if None.
@@ -70,10 +69,10 @@ class PositionMessage(Message, frozen=True, tag="POSITION"):
 
 
 class ModeMessage(Message, frozen=True, tag="MODE"):
-    """Define how a segment is moved.
+    """Define the motion parameters of a segment.
 
-    The time of a segment is given, or follows from the speeds given: the longest time any of
-    them asks for.
+    The time of a segment is given, or follows from the speeds: the longest of the resulting
+    times.
 
     Attributes:
         name: its name in the world model.
@@ -81,20 +80,20 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
         acceleration_time: t_acc, s.
         segment_time: t_seg, s, from goal to goal.
         speed, angular_speed: of the tool from goal to goal, m/s and rad/s.
-        joint_speed: part of the joints' speed limits.
-        lengthen: whether a segment that breaks a speed or acceleration limit is lengthened;
+        joint_speed: fraction of the joints' speed limits.
+        lengthen: whether a segment that exceeds a speed or acceleration limit is lengthened;
             refused otherwise.
-        transition: ``"joint"``, or ``"cartesian"`` to keep to the path in space.
+        transition: ``"joint"``, or ``"cartesian"``, planned in space.
         acceleration, angular_acceleration: what a correction of a reference transform may add
             to the motion of the tool, m/s2 and rad/s2.
         configuration: instead of the position's.
         comply: directions that comply (``fx`` ... ``rz``) and the bias force or moment along each,
-            N or N m; None: what ``COMPLY`` requests have asked for.
+            N or N m; None: those of the ``COMPLY`` requests.
         stop_on_force: directions (``fx`` ... ``rz``) and the force or moment, N or N m, at which
             the move is stopped.
         stop_on_distance: directions (``dx`` ``dy`` ``dz`` ``rx`` ``ry`` ``rz``) of the compliance
-            frame and the way, m or rad, at which the move is stopped.
-        mass: of what the hand holds from this move on, kg; None: what it held before.
+            frame and the displacement, m or rad, at which the move is stopped.
+        mass: payload from this move on, kg; None: unchanged.
         mass_centre: its centre of mass in T6, m; None: the origin of the tool's frame.
     """
 
@@ -104,7 +103,7 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
     segment_time: Seconds | None = None
     speed: Positive | None = None
     angular_speed: Positive | None = None
-    joint_speed: Part | None = None
+    joint_speed: Fraction | None = None
     lengthen: bool = False
     transition: Literal["joint", "cartesian"] = "joint"
     acceleration: Positive = 1.0

@@ -1,1 +1,1 @@
-"""What a node is: the protocol a bus drives it by, and what all of ours are built on."""
+"""The node protocol, and the common parts of all nodes."""

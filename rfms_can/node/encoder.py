@@ -1,7 +1,7 @@
-"""Where the joint is: the reference of an incremental encoder from index pulse and coarse position.
+"""Referencing of an incremental encoder by index pulse and coarse position.
 
-Index pulses come once a motor revolution; the coarse position (a potentiometer) is good enough to
-say which revolution, the index to say where exactly.
+Index pulses come once a motor revolution; the coarse position (a potentiometer) identifies the
+revolution, the index pulse the exact angle.
 """
 
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from rfms_can.wire.records import Measure, Reference
 from rfms_can.wire.vocabulary import Parameter
 
 AMBIGUITY: Final = 0.25
-"""Largest distance of the coarse position from an index, in index intervals, that names it."""
+"""Largest distance of the coarse position from an index, in index intervals, to identify it."""
 
 
 class EncoderReference:
@@ -52,7 +52,7 @@ class EncoderReference:
 
         Returns:
             None while no index has been seen, True when referenced, False when the coarse position
-            lies between two indexes: encoder or potentiometer is wrong.
+            is between two indexes: encoder or potentiometer is faulty.
         """
         if not reference.index_valid:
             return None

@@ -1,7 +1,7 @@
-"""What every node of ours is built on: typed senders and receivers, dispatched by identifier.
+"""Base of all nodes: typed senders and receivers, dispatched by identifier.
 
-Frames are refused and counted before anyone acts on them; frames to send are collected and handed
-back to the driver. No I/O, no clock.
+Invalid frames are refused and counted before a handler is called; frames to send are collected and
+returned to the driver. No I/O, no clock.
 """
 
 from abc import ABC, abstractmethod
@@ -20,18 +20,18 @@ _MAX_U16: Final = 0xFFFF
 
 
 class Endpoint(ABC):
-    """Base of all nodes: half of the node protocol; time is each node's own.
+    """Base of all nodes: the frame half of the node protocol; timing is left to each node.
 
     Args:
         number: node number (``wire.NODE_NAMES``).
         wire: compiled codecs.
-        boot_id: changes with every start; given, because nodes draw no random numbers.
+        boot_id: different at every start; an argument, because nodes draw no random numbers.
 
     Attributes:
         name: the node's name.
         refused: frames refused, by reason.
-        ignored: whole frames that had no effect (stale, not now), by reason.
-        foreign: frames heard that are none of the contract's.
+        ignored: valid frames without an effect (stale, wrong state), by reason.
+        foreign: received frames that are not in the contract.
     """
 
     def __init__(self, number: int, wire: Wire, boot_id: int) -> None:
@@ -51,15 +51,15 @@ class Endpoint(ABC):
 
     @abstractmethod
     def on_time(self, now_ns: int) -> Sequence[Frame]:
-        """Do what is due."""
+        """Handle the deadlines that have passed."""
 
     @abstractmethod
     def next_deadline_ns(self) -> int | None:
-        """When ``on_time`` wants to be called next."""
+        """When ``on_time`` is to be called next."""
 
     @property
     def accepts(self) -> frozenset[int]:
-        """Identifiers this node hears."""
+        """Identifiers this node receives."""
         return frozenset(self._handlers)
 
     @property
@@ -73,7 +73,7 @@ class Endpoint(ABC):
         return sum(receiver.lost for receiver in self._receivers)
 
     def on_frame(self, frame: Frame, now_ns: int) -> Sequence[Frame]:
-        """Take a frame: refuse and count it, or act on its values."""
+        """Receive a frame: refuse and count it, or pass its values to its handler."""
         handler = self._handlers.get(frame.id)
         if handler is None:
             self.foreign += 1
@@ -96,31 +96,31 @@ class Endpoint(ABC):
         *,
         ordered: bool = True,
     ) -> None:
-        """Let ``act`` have the values of every good frame of a message."""
+        """Register ``act`` as the handler of every valid frame of a message."""
         receiver = self.wire.receiver(record, node, self.refused, ordered=ordered)
         self._receivers.append(receiver)
         self._handlers[self.wire.id(record, node)] = (receiver.take, act)
 
     def _sends(self, record: type[NamedTuple], node: int | None = None) -> Sender[Any]:
-        """A sender of a message of this node."""
+        """Register a sender of a message of this node."""
         sender: Sender[Any] = self.wire.sender(record, node)
         self._senders.append(sender)
         return sender
 
     def _flush(self) -> Sequence[Frame]:
-        """What has been collected to send."""
+        """The frames collected to send."""
         if not self._out:
             return NOTHING
         frames, self._out = self._out, []
         return frames
 
     def _hear_anew(self) -> None:
-        """Take the next frame of every sender whatever its counter: they may have started anew."""
+        """Accept the next frame of every sender with any counter: they may have restarted."""
         for receiver in self._receivers:
             receiver.reset()
 
     def _restart_counters(self) -> None:
-        """All counters of sent and heard frames begin anew, as when the arm is enabled."""
+        """Reset the counters of sent and received frames, as when the arm is enabled."""
         self._hear_anew()
         for sender in self._senders:
             sender.reset()

@@ -1,4 +1,4 @@
-"""The arm in MuJoCo, and what it meets: the plant's rigid bodies.
+"""The arm and its fixtures in MuJoCo: the plant's rigid bodies.
 
 MuJoCo integrates the rigid bodies, the drives' armature and viscous friction (implicitly). Dry
 friction, brakes and hard stops are :class:`~rfms_can.plant.friction.DryFriction`'s.
@@ -16,10 +16,10 @@ import numpy as np
 
 from rfms_can.arm import JOINT_COUNT, Arm, JointFriction
 from rfms_can.errors import PlantError
+from rfms_can.plant.broad_phase import BroadPhase
 from rfms_can.plant.contact import NO_CONTACT, ContactReader, Contacts
 from rfms_can.plant.friction import DryFriction
 from rfms_can.plant.model_builder import TIP, compile_model
-from rfms_can.plant.nearness import Nearness
 from rfms_can.plant.scene import FREE, Scene
 
 BRAKE_TORQUE_RATIO: Final = 4.0
@@ -48,7 +48,7 @@ class ArmModel:
         Raises:
             PlantError: MuJoCo refuses the model, with its text.
         """
-        _keep_warnings_to_ourselves()
+        _silence_warning_log()
         _stop_timers()
         self._model = compile_model(arm, friction, physics_step_s, scene)
         self._data = mujoco.MjData(self._model)
@@ -63,17 +63,17 @@ class ArmModel:
         self._applied = self._data.qfrc_applied
         self._warnings = self._data.warning.number
         self._tip = self._data.site("t6" if scene.tool is None else TIP)
-        # What the sensors between hand and tool say, force and torque, summed over a call of step.
-        self._sensors, self._felt, self._felt_steps = self._data.sensordata, np.zeros(6), 1
+        # Wrist sensors (force, torque) between hand and tool, summed over one call of step.
+        self._sensors, self._wrist_sum, self._summed_steps = self._data.sensordata, np.zeros(6), 1
         self._contacts = None
         if scene.tool is not None:
             self._contacts = ContactReader(self._model, self._data)
-        self._near: Nearness | None = None
+        self._broad_phase: BroadPhase | None = None
         self.q = [0.0] * JOINT_COUNT
         self.qd = [0.0] * JOINT_COUNT
         self.reset(arm.park)
         if self._model.npair:
-            self._near = Nearness(self._model, self._data)
+            self._broad_phase = BroadPhase(self._model, self._data)
 
     def reset(self, q: Sequence[float], qd: Sequence[float] = (0.0,) * JOINT_COUNT) -> None:
         """Put the arm at ``q`` (6, rad) with speeds ``qd`` (6, rad/s), without friction history.
@@ -91,31 +91,31 @@ class ArmModel:
         self.q, self.qd = list(q), list(qd)
         self._qpos[:], self._qvel[:] = self.q, self.qd
         self._dry.reset()
-        if self._near is not None:  # it may be far from where it was: show what is there
+        if self._broad_phase is not None:  # the arm may have jumped: select the pairs again
             mujoco.mj_kinematics(self._model, self._data)
-            self._near.look()
+            self._broad_phase.update()
         mujoco.mj_forward(self._model, self._data)
-        self._begin_feeling(1)
-        self._feel()
+        self._reset_force_sums(1)
+        self._sum_forces()
         self._raise_warning()
 
-    def see_everything(self) -> None:
-        """Hide no fixture from MuJoCo, for those who doubt that it makes no difference."""
-        if self._near is not None:
-            self._near.show_all()
-            self._near = None
+    def disable_broad_phase(self) -> None:
+        """Let MuJoCo test every pair, to check that the broad phase changes no result."""
+        if self._broad_phase is not None:
+            self._broad_phase.enable_all_pairs()
+            self._broad_phase = None
 
     def clearance(self) -> float:
-        """Of the ball around the tool from the nearest fixture, m: 0 where they may touch."""
-        return inf if self._near is None else self._near.distance()
+        """Distance of the tool's bounding sphere from the nearest fixture, m; 0 on overlap."""
+        return inf if self._broad_phase is None else self._broad_phase.distance()
 
     def set_step(self, physics_step_s: float) -> None:
         """Take steps of another length, s, from the state as it is."""
         if physics_step_s != self._step_s:
             self._step_s = self._model.opt.timestep = physics_step_s
             self._dry.set_step(physics_step_s)
-            if self._near is not None:
-                self._near.show_all()
+            if self._broad_phase is not None:
+                self._broad_phase.enable_all_pairs()
 
     def step(
         self, motor_torque: Sequence[float], brakes: Sequence[bool] = NO_BRAKES, steps: int = 1
@@ -127,20 +127,20 @@ class ArmModel:
         """
         model, data, dry, q = self._model, self._data, self._dry, self.q
         qpos, qvel, applied = self._qpos, self._qvel, self._applied
-        near, step_s = self._near, self._step_s
+        broad_phase, step_s = self._broad_phase, self._step_s
         dry.prepare(self._response(), brakes, motor_torque)
-        self._begin_feeling(steps)
+        self._reset_force_sums(steps)
         try:
             for _ in range(steps):
                 applied[:] = [m + p for m, p in zip(motor_torque, dry.torque, strict=True)]
                 mujoco.mj_step(model, data)
-                self._feel()
+                self._sum_forces()
                 self.qd = qd = qvel.tolist()
                 dry.advance(qd, q)
                 qvel[:], qpos[:] = qd, q
-                if near is not None:
-                    near.moved(qd, step_s)
-        finally:  # MuJoCo's warning comes before what we may say of its consequences
+                if broad_phase is not None:
+                    broad_phase.advance(qd, step_s)
+        finally:  # report MuJoCo's warning rather than an error that follows from it
             if any(self._warnings.tolist()):
                 self._raise_warning()
 
@@ -180,29 +180,29 @@ class ArmModel:
         return int(self._data.ncon)
 
     def wrist_force(self) -> list[float]:
-        """What the hand does to the tool, (6,): force, N, and torque about T6, Nm, along T6's axes.
+        """Wrench of the hand on the tool, (6,): force, N, and torque about T6, Nm, in T6's axes.
 
         The mean of the last call of ``step``. Weight and inertia of the tool are in it, as in a
         sensor between the two. Zero without one.
         """
-        values: list[float] = (self._felt / self._felt_steps).tolist()
+        values: list[float] = (self._wrist_sum / self._summed_steps).tolist()
         return values
 
     def contact_force(self) -> Contacts:
-        """What the fixtures do to the tool, the mean of the last call of ``step``."""
+        """Wrench of the fixtures on the tool, the mean of the last call of ``step``."""
         return NO_CONTACT if self._contacts is None else self._contacts.read()
 
-    def _begin_feeling(self, steps: int) -> None:
-        """Forces are means of the ``steps`` to come."""
-        self._felt[:] = 0.0
-        self._felt_steps = steps
+    def _reset_force_sums(self, steps: int) -> None:
+        """Start the mean over the next ``steps`` steps."""
+        self._wrist_sum[:] = 0.0
+        self._summed_steps = steps
         if self._contacts is not None:
             self._contacts.begin()
 
-    def _feel(self) -> None:
-        """Add the forces of a step, which are those at its beginning."""
+    def _sum_forces(self) -> None:
+        """Add the forces of a step, which MuJoCo evaluates at its beginning."""
         if self._contacts is not None:
-            self._felt += self._sensors
+            self._wrist_sum += self._sensors
             self._contacts.add()
 
     def _response(self) -> list[list[float]]:
@@ -241,7 +241,7 @@ def _stop_timers() -> None:
             ctypes.c_void_p.in_dll(ctypes.CDLL(str(library)), "mjcb_time").value = None
 
 
-def _keep_warnings_to_ourselves() -> None:
+def _silence_warning_log() -> None:
     """We read every warning from its counter; MuJoCo would also write a log to the directory."""
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(lambda _text: None)

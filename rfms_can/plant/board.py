@@ -1,9 +1,9 @@
 """The iSBX board of one joint: two DACs, two ADCs and an incremental encoder (thesis VI.4.4).
 
-The amplifier drives the sum of what the two DACs ask for, motor current and force set-point, within
-the drive's current limit. Plain state without I/O; what its codes mean is
-:class:`~rfms_can.arm.board_scale.BoardScale`'s. Codes saturate at the rails -2048 and 2047 and
-round half up, so a run repeats bit by bit.
+The amplifier drives the sum of the two DACs, motor current and force set-point, within the drive's
+current limit. Plain state without I/O; :class:`~rfms_can.arm.board_scale.BoardScale` has the scale
+of the codes. Codes saturate at the rails -2048 and 2047 and round half up, so a run repeats bit by
+bit.
 """
 
 from math import floor, pi, sin
@@ -29,9 +29,9 @@ Sample = tuple[int, int, int, bool]
 class Board:
     """The board of one joint, between the bus' codes and the joint's angle, speed and torque.
 
-    The encoder counts from power-up, at an angle nobody knows: counts become an angle when an
-    index pulse (one per motor revolution, at whole revolutions of the motor) is latched and the
-    coarse position says which one it was.
+    The encoder counts from power-up, at an unknown angle: counts become an angle when an index
+    pulse (one per motor revolution, at whole revolutions of the motor) is latched and the coarse
+    position identifies that pulse.
 
     Attributes:
         latched_index_counts: counts at the last index pulse; None before the first.
@@ -85,8 +85,7 @@ class Board:
         """Follow the joint to angle ``q`` (rad) and speed ``qd`` (rad/s): once a control period.
 
         Every index pulse between the two angles is seen, and the last one crossed stays latched;
-        a joint that crosses one and returns within the period is not told apart from a resting
-        one.
+        a joint that crosses a pulse and returns within the period is seen as a joint at rest.
         """
         revolutions = q * self._revolutions_per_radian
         self._counts = (
@@ -102,9 +101,10 @@ class Board:
         self._speed_code = _code(qd / self._scale.speed_per_adc_code)
 
     def sample(self) -> Sample:
-        """What MEASURE carries; the index flag starts anew.
+        """The values of MEASURE; clears the index flag.
 
-        The current ADC has the scale of the motor-current DAC and reads what flows: the sum.
+        The current ADC has the scale of the motor-current DAC and reads the amplifier's current,
+        the sum of both DACs.
         """
         index_seen, self._index_seen = self._index_seen, False
         driven = self._fine_code / FORCE_DAC_FINENESS
@@ -114,8 +114,8 @@ class Board:
     def coarse(self, q: float) -> int:
         """Code (0 to 4095) of the potentiometer at angle ``q`` (rad), linearity error included."""
         scale = self._scale
-        part = (q - scale.coarse_zero) / scale.angle_per_coarse_code / COARSE_CODES
-        error = self._linearity * sin(2.0 * pi * COARSE_WAVES * part)
+        fraction = (q - scale.coarse_zero) / scale.angle_per_coarse_code / COARSE_CODES
+        error = self._linearity * sin(2.0 * pi * COARSE_WAVES * fraction)
         code = floor((q + error - scale.coarse_zero) / scale.angle_per_coarse_code + 0.5)
         return min(max(code, 0), COARSE_CODES - 1)
 

@@ -1,24 +1,24 @@
-"""What the fixtures do to the tool: the truth that no sensor reads, for whoever judges a run."""
+"""Contact wrench of the fixtures on the tool: ground truth for the evaluation of a run."""
 
 from typing import Final, NamedTuple
 
 import mujoco
 import numpy as np
 
-from rfms_can.plant.model_builder import TIP, TOOL, TOUCHING
+from rfms_can.plant.model_builder import CONTACT_DISTANCE, TIP, TOOL
 from rfms_can.transform import Vector3
 
 _NOTHING: Final = (0.0, 0.0, 0.0)
 
 
 class Contacts(NamedTuple):
-    """Tool against fixtures, over a control period.
+    """Contact of tool and fixtures over a control period.
 
     Attributes:
-        points: at which they touched, the most of any physics step.
+        points: contact points, the largest number of any physics step.
         force: on the tool, mean of the period, N, along the axes of its tip.
         torque: about its tip, mean of the period, Nm, along the same.
-        depth: of the deepest point at the period's end, m.
+        depth: penetration of the deepest point at the period's end, m.
     """
 
     points: int
@@ -34,8 +34,8 @@ class ContactReader:
     """Adds up the contacts of MuJoCo's steps.
 
     Args:
-        model: of arm and scene, with a tool in the hand: its sensors have MuJoCo work out what acts
-            on each body from outside.
+        model: of arm and scene, with a tool in the hand: its sensors make MuJoCo compute the
+            external wrench on each body.
         data: its state.
     """
 
@@ -44,24 +44,24 @@ class ContactReader:
         site, tool = data.site(TIP), model.body(TOOL).id
         self._tip, self._axes = site.xpos, site.xmat.reshape(3, 3)
         # Torque and force on the tool from outside, about the centre of mass of arm and tool.
-        self._pushed = data.cfrc_ext[tool]
+        self._external_wrench = data.cfrc_ext[tool]
         self._centre = data.subtree_com[model.body_rootid[tool]]
         self.begin()
 
     def begin(self) -> None:
-        """A period begins."""
+        """Start a control period."""
         self._points = self._steps = 0
         self._force: Vector3 = _NOTHING
         self._torque: Vector3 = _NOTHING
 
     def add(self) -> None:
-        """Add what MuJoCo's last step had, if anything touched: in base axes, about the tip."""
+        """Add the contact wrench of MuJoCo's last step, in base axes, about the tip."""
         points = self._data.ncon
         self._steps += 1
         if not points:
             return
         self._points = max(self._points, points)
-        tx, ty, tz, fx, fy, fz = self._pushed.tolist()
+        tx, ty, tz, fx, fy, fz = self._external_wrench.tolist()
         x, y, z = (self._centre - self._tip).tolist()
         force, torque = self._force, self._torque
         self._force = force[0] + fx, force[1] + fy, force[2] + fz
@@ -77,7 +77,7 @@ class ContactReader:
             return NO_CONTACT
         depth = 0.0
         if self._data.ncon:
-            depth = max(0.0, TOUCHING - float(self._data.contact.dist.min()))
+            depth = max(0.0, CONTACT_DISTANCE - float(self._data.contact.dist.min()))
         return Contacts(self._points, self._mean(self._force), self._mean(self._torque), depth)
 
     def _mean(self, total: Vector3) -> Vector3:

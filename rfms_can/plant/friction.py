@@ -7,11 +7,12 @@ the problem exactly (a mixed linear complementarity problem, as in Stewart and T
     v = 0 if p lies strictly between them,  v > 0 only at the lower,  v < 0 only at the upper
 
 where v* is the engine's velocity after the step with the friction torques p0 of the step before,
-and W the step times the inverse of the (damped) inertia matrix. Nothing is to do while nothing
-changes. While the load changes, as on a contact, mostly the same joints stick as before: one small
-linear system has their torques, and is right if all stay within bounds. When a joint sticks or
-breaks away, projected Gauss-Seidel from p0 finds p in a few sweeps. A sticking joint's velocity is
-exactly 0.0. W is symmetric and positive definite, so the sweeps converge.
+and W the step times the inverse of the (damped) inertia matrix. If p0 still satisfies the
+conditions, it is kept. While the load changes, as on a contact, mostly the same joints stick as
+before: one small linear system gives their torques, which are the solution if all stay within
+bounds. When a joint sticks or breaks away, projected Gauss-Seidel from p0 finds p in a few sweeps.
+A sticking joint's velocity is exactly 0.0. W is symmetric and positive definite, so the sweeps
+converge.
 
 A brake is a friction with wide bounds. A hard stop bounds the velocity so that the joint ends the
 step on the stop at the latest, and is perfectly inelastic.
@@ -30,8 +31,8 @@ from rfms_can.errors import PlantError
 SPEED_TOLERANCE: Final = 1e-12  # rad/s: changes below do not count
 
 Problem = tuple[int, float, list[float], float, float, float, float]
-"""One joint's part: index, 1 / W_ii, row of W, torque bounds (Nm), and the slowest and fastest
-speed its stops allow, times 1 / W_ii (Nm)."""
+"""One joint's row of the problem: index, 1 / W_ii, row of W, torque bounds (Nm), and the lowest and
+highest speed its stops allow, times 1 / W_ii (Nm)."""
 MAX_SWEEPS: Final = 400  # 5 are usual; the worst coupling of these arms needs under 100
 
 
@@ -39,8 +40,8 @@ class DryFriction:
     """Torques of dry friction, brakes and hard stops.
 
     Attributes:
-        torque: what friction, brakes and stops did to each joint over the last step, Nm: the next
-            step's p0, to be applied by the engine beside the motors' torque.
+        torque: of friction, brakes and stops on each joint over the last step, Nm: the next step's
+            p0, to be applied by the engine in addition to the motors' torque.
     """
 
     def __init__(
@@ -56,11 +57,11 @@ class DryFriction:
         self._limits = tuple(joint_limits)
         self._step_s = step_s
         self._joints: list[Problem] = []
-        self._holding: dict[tuple[int, ...], list[list[float]]] = {}
+        self._holding_gains: dict[tuple[int, ...], list[list[float]]] = {}
         self.reset()
 
     def set_step(self, step_s: float) -> None:
-        """Take physics steps of another length, s; what held the joints holds them on."""
+        """Change the length of a physics step, s; the torques of the last step are kept."""
         self._step_s = step_s
 
     def reset(self) -> None:
@@ -74,12 +75,12 @@ class DryFriction:
         brakes: Sequence[bool],
         motor_torque: Sequence[float] = (0.0,) * JOINT_COUNT,
     ) -> None:
-        """Take W, (6, 6), rad/s per Nm, which may be a few steps old, and which brakes are on.
+        """Set W, (6, 6), rad/s per Nm, which may be a few steps old, and the brakes that are on.
 
-        ``motor_torque`` (6, Nm) is what friction grows with where it depends on the load.
+        ``motor_torque`` (6, Nm) is the load on which load-dependent friction depends.
         """
         self._joints.clear()
-        self._holding.clear()
+        self._holding_gains.clear()
         for i, joint in enumerate(self._friction):
             brake = self._brake_torque[i] if brakes[i] else 0.0
             grown = joint.load * motor_torque[i]
@@ -93,7 +94,7 @@ class DryFriction:
         Raises:
             PlantError: the sweeps do not settle, which only a wrong W or a NaN can cause.
         """
-        if not self._on_stop and not self._unchanged(speed) and not self._hold_on(speed):
+        if not self._on_stop and not self._unchanged(speed) and not self._keep_sticking_set(speed):
             self._settle(speed, self._joints)
         if not self._on_stop and self._stays_in_range(speed, q):
             for i, v in enumerate(speed):
@@ -105,58 +106,58 @@ class DryFriction:
             q[i] = min(max(q[i] + self._step_s * speed[i], lower), upper)
 
     def _unchanged(self, speed: list[float]) -> bool:
-        """Whether the torques of the step before are right again; then what sticks is at rest."""
+        """Whether the last step's torques are still the solution; then set sticking joints to 0."""
         torque = self.torque
         for i, inertia, _, low, high, _, _ in self._joints:
             stopping = torque[i] - speed[i] * inertia
             wanted = low if stopping < low else high if stopping > high else stopping
             if not abs(wanted - torque[i]) <= SPEED_TOLERANCE * inertia:
                 return False
-        self._rest(speed, self._joints)
+        self._zero_sticking(speed, self._joints)
         return True
 
-    def _hold_on(self, speed: list[float]) -> bool:
-        """Try to let just those joints stick that did: whether that obeys every law."""
+    def _keep_sticking_set(self, speed: list[float]) -> bool:
+        """Try the sticking joints of the last step; whether the result satisfies all conditions."""
         joints, torque = self._joints, self.torque
         held = tuple(i for i, _, _, low, high, _, _ in joints if low < torque[i] < high)
         if not held:
             return False
-        push = self._holding.get(held)
-        if push is None:
-            push = self._holding[held] = self._hold(held)
-        if not push:
+        gain = self._holding_gains.get(held)
+        if gain is None:
+            gain = self._holding_gains[held] = self._holding_gain(held)
+        if not gain:
             return False
         speeds = [speed[i] for i in held]
-        moved, pushed = speed[:], torque[:]
-        for i, row in zip(held, push, strict=True):
+        new_speed, new_torque = speed[:], torque[:]
+        for i, row in zip(held, gain, strict=True):
             change = -sum(map(mul, row, speeds))
-            pushed[i] += change
-            _add_scaled(moved, joints[i][2], change)
+            new_torque[i] += change
+            _add_scaled(new_speed, joints[i][2], change)
         for i, inertia, _, low, high, _, _ in joints:
             if i in held:
-                if not low < pushed[i] < high:
+                if not low < new_torque[i] < high:
                     return False
-                moved[i] = 0.0
+                new_speed[i] = 0.0
             else:
-                stopping = pushed[i] - moved[i] * inertia
-                if not (stopping <= low if pushed[i] == low else stopping >= high):
+                stopping = new_torque[i] - new_speed[i] * inertia
+                if not (stopping <= low if new_torque[i] == low else stopping >= high):
                     return False
-        speed[:], torque[:] = moved, pushed
+        speed[:], torque[:] = new_speed, new_torque
         return True
 
-    def _hold(self, held: tuple[int, ...]) -> list[list[float]]:
-        """Torque per speed that brings some joints to rest together, (n, n), Nms/rad.
+    def _holding_gain(self, held: tuple[int, ...]) -> list[list[float]]:
+        """Torque per speed that brings the given joints to rest together, (n, n), Nms/rad.
 
-        The inverse of their part of W; empty where W is not positive definite: the sweeps then say
-        so.
+        The inverse of their block of W; empty where W is not positive definite, which the sweeps
+        then report.
         """
         rows = [[self._joints[i][2][j] for j in held] for i in held]
         try:
             root = np.linalg.inv(np.linalg.cholesky(rows))
         except np.linalg.LinAlgError:
             return []
-        push: list[list[float]] = (root.T @ root).tolist()
-        return push
+        gain: list[list[float]] = (root.T @ root).tolist()
+        return gain
 
     def _stays_in_range(self, speed: list[float], q: list[float]) -> bool:
         """Whether no joint ends the step beyond a stop."""
@@ -183,11 +184,11 @@ class DryFriction:
         )
 
     def _settle(self, speed: list[float], joints: Sequence[Problem]) -> None:
-        """Projected Gauss-Seidel over the joints' parts.
+        """Projected Gauss-Seidel over the joints.
 
-        Joint by joint, ``stopping`` is the torque that brings it to rest with the others as they
-        are. Where friction cannot give that much, the joint moves on against all of it, no faster
-        than up to its stop.
+        ``stopping`` is the torque that brings a joint to rest while the others keep their speeds.
+        If it exceeds the friction bound, the joint slides against the bound, at most up to its
+        stop.
         """
         torque = self.torque
         for _ in range(MAX_SWEEPS):
@@ -206,15 +207,15 @@ class DryFriction:
                     torque[i] = wanted
                     _add_scaled(speed, row, change)
             if settled:
-                self._rest(speed, joints)
+                self._zero_sticking(speed, joints)
                 return
         raise PlantError(
             f"friction torques do not settle in {MAX_SWEEPS} sweeps at joint speeds {speed} "
             "rad/s: the inertia matrix is not positive definite, or a motor torque is not a number"
         )
 
-    def _rest(self, speed: list[float], joints: Sequence[Problem]) -> None:
-        """What sticks does not move: not by a rounding either."""
+    def _zero_sticking(self, speed: list[float], joints: Sequence[Problem]) -> None:
+        """Set the speed of sticking joints to exactly 0, without a rounding error."""
         for i, _, _, low, high, _, _ in joints:
             if low < self.torque[i] < high:
                 speed[i] = 0.0

@@ -1,7 +1,7 @@
 """The gripper's mechanics and board: one jaw opening, driven by a motor force.
 
-Closing and opening move the jaw against viscous friction; end stops, and a part between the
-fingers, stop it. A stalled jaw keeps its force: the current ADC shows it.
+Closing and opening move the jaw against viscous friction; end stops, and a workpiece between the
+fingers, stop it. A stalled jaw keeps its force, which the current ADC shows.
 """
 
 from math import floor
@@ -15,12 +15,12 @@ JawSample = tuple[int, int]
 
 
 class Jaw:
-    """The gripper's one degree of freedom, powered up at an opening nobody knows yet.
+    """The gripper's one degree of freedom, powered up at an unknown opening.
 
     Attributes:
         opening: distance between the fingers, m.
         speed: m/s, positive opens.
-        part_width: width of what lies between the fingers, m; 0 for nothing.
+        part_width: width of the workpiece between the fingers, m; 0 for none.
     """
 
     def __init__(self, gripper: Gripper, opening: float, part_width: float = 0.0) -> None:
@@ -46,7 +46,7 @@ class Jaw:
         self._code = min(max(code, LOWEST_CODE), HIGHEST_CODE)
 
     def put_part(self, width: float) -> None:
-        """Put something ``width`` (m) wide between the fingers, or take it away (0).
+        """Put a workpiece of ``width`` (m) between the fingers, or remove it (0).
 
         Raises:
             PlantError: it does not fit between the fingers as they stand.

@@ -9,7 +9,7 @@ import numpy as np
 
 from rfms_can.arm import Arm, JointFriction
 from rfms_can.errors import PlantError
-from rfms_can.plant.scene import ROUNDING, Contact, Kind, Scene, Shape, Tool
+from rfms_can.plant.scene import EDGE_RADIUS, Contact, Kind, Scene, Shape, Tool
 from rfms_can.tables import complete
 from rfms_can.transform import Transform, Vector3
 
@@ -17,7 +17,7 @@ GRAVITY: Final = 9.81  # m/s2, along -z of the base
 WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
 """Sensors between hand and tool, at T6; the model has no others, and these in this order."""
 TOOL, TIP = "tool", "tip"
-"""What the hand holds, and the site of its tip."""
+"""Body of the tool, and site of its tip."""
 
 _GEOMETRY: Final = complete(
     {
@@ -29,28 +29,28 @@ _GEOMETRY: Final = complete(
     Kind,
 )
 IMPEDANCE: Final = 0.5
-"""MuJoCo's d: the part of a contact's acceleration that its constraint prescribes. Less of it, and
-spring and damper need shorter steps; near 1, the spring is lost in what MuJoCo makes rigid."""
+"""MuJoCo's d: the fraction of a contact's acceleration that its constraint prescribes. With less,
+spring and damper need shorter steps; near 1, MuJoCo's contact is rigid and ignores the spring."""
 SLIDING_RATE: Final = 10.0
-"""Rate at which friction takes away what slides, 1/s, while the load is under its cone.
+"""Rate at which friction reduces a sliding speed, 1/s, while the load is inside the friction cone.
 
-MuJoCo's cone is convex: what slides at speed v is lifted as if its contact were softer, here by
-friction SLIDING_RATE v / s0. With the damping of the normal spring in this place, as MuJoCo has it
-if nothing is said, a ball pressed on with 20 N leaves the plate at 40 mm/s, and chatters."""
+MuJoCo's cone is convex: a body sliding at speed v is lifted as if its contact were softer, here by
+friction SLIDING_RATE v / s0. With MuJoCo's default, the damping of the normal spring, a ball
+pressed on with 20 N leaves the plate at 40 mm/s, and chatters."""
 FRICTION_IMPEDANCE_RATIO: Final = 1e4
 """MuJoCo's impratio. A contact that sticks creeps there, by (1 - d) w / (impratio SLIDING_RATE):
 0.7 micrometres a second under each newton."""
 DISTANCE_TOLERANCE: Final = 1e-9
-"""Of MuJoCo's distance of two shapes, m. Its usual one, a micrometre, is 10 N."""
-SKIN: Final = ROUNDING
-"""How far under the surface of a solid shape MuJoCo's own lies, m.
+"""Of MuJoCo's distance of two shapes, m. The default of a micrometre corresponds to 10 N."""
+SKIN: Final = EDGE_RADIUS
+"""By how much MuJoCo's shapes are smaller than the solid ones, m.
 
-Where two shapes overlap by less than its tolerance, MuJoCo 4 makes up the direction in which they
-touch: with the usual one, one in a hundred of a leaning peg's contacts with a chamfer, by up to 117
-degrees; and a peg wedged between two such faces pushes hard against nothing. Apart, distance and
-direction are exact. So they are kept apart: by a skin on each."""
-TOUCHING: Final = 2.0 * SKIN
-"""Distance at which contact begins between MuJoCo's shapes, m: that of the surfaces is then 0."""
+Where two shapes overlap by less than its tolerance, MuJoCo 4 returns a wrong contact normal: with
+the default tolerance for one in a hundred contacts of a leaning peg with a chamfer, by up to 117
+degrees, and a peg wedged between two such faces meets large forces without a cause. For separate
+shapes, distance and normal are exact, so a skin on each keeps them separate."""
+CONTACT_DISTANCE: Final = 2.0 * SKIN
+"""Distance of MuJoCo's shapes at which the solid surfaces touch, m."""
 
 
 def compile_model(
@@ -91,9 +91,9 @@ def compile_model(
         body.iquat = quaternion
         body.inertia = link.physical_inertia
     body.add_site(name="t6", pos=position, quat=quaternion)
-    _furnish(spec, scene)
+    _add_fixtures(spec, scene)
     if scene.tool is not None:
-        _hold(spec, body.add_body(name=TOOL, pos=position, quat=quaternion), scene.tool, scene)
+        _add_tool(spec, body.add_body(name=TOOL, pos=position, quat=quaternion), scene.tool, scene)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -115,7 +115,7 @@ def _stiffen(model: mujoco.MjModel, contact: Contact) -> None:
     model.pair_solref[:] = -spring, -2.0 * contact.damping * spring**0.5
 
 
-def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
+def _add_fixtures(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Put the scene's fixtures around the arm."""
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_IMPEDANCE_RATIO
@@ -124,8 +124,8 @@ def _furnish(spec: mujoco.MjSpec, scene: Scene) -> None:
         _add_shape(spec.worldbody, shape)
 
 
-def _hold(spec: mujoco.MjSpec, body: mujoco.MjsBody, tool: Tool, scene: Scene) -> None:
-    """Put the tool into the hand, and the sensors between the two; let it meet the fixtures."""
+def _add_tool(spec: mujoco.MjSpec, body: mujoco.MjsBody, tool: Tool, scene: Scene) -> None:
+    """Attach the tool to the hand with the wrist sensors; add its contacts with the fixtures."""
     body.explicitinertial = True
     body.mass, body.ipos, body.inertia = tool.mass, list(tool.com), list(tool.inertia)
     body.add_site(name="wrist")
@@ -140,11 +140,11 @@ def _hold(spec: mujoco.MjSpec, body: mujoco.MjsBody, tool: Tool, scene: Scene) -
     for shape in tool.shapes:
         name = _add_shape(body, shape)
         for fixture in fixtures if shape.solid else ():
-            _let_meet(spec, name, fixture, scene.contact)
+            _add_contact_pair(spec, name, fixture, scene.contact)
 
 
 def _add_shape(body: mujoco.MjsBody, shape: Shape) -> str:
-    """A geometry that meets nothing yet, under its skin if it is solid; its name."""
+    """Add a geometry without contacts, shrunk by the skin if it is solid; its name."""
     size, pose = _core(shape) if shape.solid else (shape.size, shape.pose)
     name = f"{body.name} {len(body.geoms)}"
     body.add_geom(
@@ -160,20 +160,20 @@ def _add_shape(body: mujoco.MjsBody, shape: Shape) -> str:
 
 
 def _core(shape: Shape) -> tuple[Vector3, Transform]:
-    """Size and pose of what is under a shape's skin. A plane has no edges: it lies lower."""
+    """Size and pose of a shape shrunk by the skin; a plane is lowered by it."""
     if shape.kind is Kind.PLANE:
         return shape.size, shape.pose @ Transform.translation(0.0, 0.0, -SKIN)
     x, y, z = (max(extent - SKIN, 0.0) for extent in shape.size)
     return (x, y, z), shape.pose
 
 
-def _let_meet(spec: mujoco.MjSpec, tool: str, fixture: str, contact: Contact) -> None:
-    """A pair, because only a pair's friction has a reference of its own."""
+def _add_contact_pair(spec: mujoco.MjSpec, tool: str, fixture: str, contact: Contact) -> None:
+    """Add an explicit contact pair: only there does MuJoCo let friction have its own solref."""
     spec.add_pair(
         geomname1=fixture,
         geomname2=tool,
         condim=3,
-        margin=TOUCHING,
+        margin=CONTACT_DISTANCE,
         friction=[contact.friction, contact.friction, 0.0, 0.0, 0.0],
         solimp=[IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0],
         solreffriction=[-1.0, -SLIDING_RATE],

@@ -29,13 +29,13 @@ class PlantNode(Endpoint):
     """Node 9: seven boards, an arm and a jaw.
 
     Args:
-        physics: what happens between two SYNCs.
+        physics: boards, arm and gripper.
         wire, boot_id: see ``Endpoint``.
         watch_ns: time between two SYNCs, ns: the control period, or the barrier in lockstep.
 
     Attributes:
-        each_period: called with the number of the cycle that begins when a period has been
-            integrated, for who watches the physics.
+        each_period: called after each integrated period with the number of the cycle that begins;
+            for observers of the physics.
     """
 
     def __init__(self, physics: PlantPhysics, wire: Wire, boot_id: int, watch_ns: int) -> None:
@@ -58,13 +58,13 @@ class PlantNode(Endpoint):
         self._references = [self._sends(Reference, n) for n in JOINTS]
         self._force = self._sends(Force, None)
         self._hears(Estop, None, self._on_estop)
-        self._hears(Nmt, None, self._on_command, ordered=False)  # a master may start anew
+        self._hears(Nmt, None, self._on_command, ordered=False)  # a restarted master counts from 0
         self._hears(Sync, None, self._on_sync)
         for n in (*JOINTS, GRIPPER):
             self._hears(Dac, n, partial(self._on_dac, n - 1))
 
     def on_time(self, now_ns: int) -> Sequence[Frame]:
-        """Boot at first; later, go on without the SYNC that did not come."""
+        """Boot; later run a period whose SYNC is missing."""
         if self._deadline_ns is None or now_ns < self._deadline_ns:
             return NOTHING
         if self.state is NodeState.INIT:
@@ -77,7 +77,7 @@ class PlantNode(Endpoint):
         return self._flush()
 
     def next_deadline_ns(self) -> int | None:
-        """When the plant goes on by itself."""
+        """When the plant runs a period without a SYNC."""
         return self._deadline_ns
 
     def _announce(self) -> None:
@@ -95,7 +95,7 @@ class PlantNode(Endpoint):
         self._run_period(sync.cycle)
 
     def _run_period(self, cycle: int) -> None:
-        """Integrate the period that ends now, latch what came in it, sample."""
+        """Integrate the period that ends now, latch the codes received in it, sample."""
         if self._started:
             self.physics.jaw.set_motor_current(self._codes[GRIPPER - 1])
             brakes = [silent >= SILENT_CYCLES for silent in self._silent[: len(JOINTS)]]
@@ -108,7 +108,7 @@ class PlantNode(Endpoint):
         self._sample(cycle & 0xFF)
 
     def _latch(self) -> None:
-        """Codes that arrived act from now on; codes that did not stay as they were."""
+        """Apply the received codes; a joint without a frame keeps its codes."""
         for index, dac in enumerate(self._arrived):
             if dac is None:
                 self._silent[index] += 1
@@ -148,7 +148,7 @@ class PlantNode(Endpoint):
                 )
 
     def _on_dac(self, index: int, dac: Dac) -> None:
-        """A code for the cycle under way; one of another cycle came too late."""
+        """Accept a code of the current cycle; a code of another cycle is stale."""
         if self._stopped:
             self.ignored["DAC after ESTOP"] += 1
         elif dac.cycle == self.cycle & 0xFF:

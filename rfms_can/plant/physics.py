@@ -1,7 +1,6 @@
 """The plant between two SYNCs: six boards, the arm, and the gripper's jaw.
 
-No frames and no clock: whoever owns it says how long a control period is and hands in the codes
-that the bus brought.
+No frames and no clock: its owner sets the control period and passes the codes from the bus.
 """
 
 from collections.abc import Sequence
@@ -20,14 +19,14 @@ from rfms_can.plant.wrist_sensor import WristSensor
 from rfms_can.transform import Transform
 
 PHYSICS_STEPS_NS: Final = (1_000_000, 500_000, 250_000, 200_000, 100_000)
-"""Physics steps the plant knows, largest first; 1 ms at most."""
+"""Lengths of a physics step, largest first; 1 ms at most."""
 
-FASTEST_TIP: Final = 5.0
-"""Bound of the speed of any point of a tool, m/s. Where it cannot reach a fixture within a period,
-physics needs no steps short enough for contact, and takes the longest ones, as with no scene."""
+MAX_TIP_SPEED: Final = 5.0
+"""Bound of the speed of any point of a tool, m/s. Where the tool cannot reach a fixture within a
+period, physics takes the longest steps, as without a scene, instead of those for contact."""
 
 RATES_HZ: Final = (50, 100, 125, 200, 250, 400, 500, 800, 1000, 2000)
-"""Rates named to somebody whose own does not fit; all of them do."""
+"""Valid rates that the error message suggests."""
 
 
 def physics_steps(rate_hz: float, longest_s: float = 1e-3) -> tuple[int, float]:
@@ -60,7 +59,7 @@ class PlantPhysics:
         steps_per_period: physics steps in one control period, where the tool may touch something.
         step_s: length of a physics step there, s.
         jaw: the gripper.
-        model: its rigid bodies, and what they meet.
+        model: its rigid bodies and the fixtures.
     """
 
     def __init__(
@@ -81,10 +80,10 @@ class PlantPhysics:
             friction_name: its friction set.
             rate_hz: control rate, Hz.
             initial_q: joint angles, rad (6).
-            part_width: of what lies between the gripper's jaws, m.
-            scene: what the arm holds and meets.
+            part_width: of the workpiece in the gripper, m.
+            scene: tool and fixtures.
             sensor: between hand and tool, or None.
-            variant: what arm and boards are really like; those of the data sheet if None.
+            variant: true parameters of arm and boards; those of the data sheet if None.
 
         Raises:
             ArmError: no such friction set.
@@ -92,10 +91,10 @@ class PlantPhysics:
                 variant's load not the scene.
         """
         self.arm = arm
-        self._near = physics_steps(rate_hz, scene.longest_step_s)
-        self._far = physics_steps(rate_hz)
-        self._far_m = FASTEST_TIP / rate_hz
-        self.steps_per_period, self.step_s = self._near
+        self._contact_steps = physics_steps(rate_hz, scene.longest_step_s)
+        self._free_steps = physics_steps(rate_hz)
+        self._free_clearance = MAX_TIP_SPEED / rate_hz
+        self.steps_per_period, self.step_s = self._contact_steps
         variant = variant or as_built(arm, friction_name)
         scene = _with_load(scene, variant)
         self.model = ArmModel(variant.arm, variant.friction, self.step_s, scene)
@@ -108,12 +107,12 @@ class PlantPhysics:
 
     @property
     def true_q(self) -> list[float]:
-        """The joint angles nobody on the bus knows exactly, (6,), rad (a copy)."""
+        """The exact joint angles, (6,), rad (a copy)."""
         return list(self.model.q)
 
     @property
     def true_qd(self) -> list[float]:
-        """The joint speeds, (6,), rad/s (a copy)."""
+        """The exact joint speeds, (6,), rad/s (a copy)."""
         return list(self.model.qd)
 
     def step_period(
@@ -136,12 +135,14 @@ class PlantPhysics:
                 boards, motor_current_codes, force_set_point_codes, strict=True
             )
         ]
-        steps, step_s = self._far if model.clearance() > self._far_m else self._near
+        steps, step_s = (
+            self._free_steps if model.clearance() > self._free_clearance else self._contact_steps
+        )
         model.set_step(step_s)
         model.step(torque, brakes, steps)
         for board, q, qd in zip(boards, model.q, model.qd, strict=True):
             board.observe(q, qd)
-        steps, step_s = self._far  # the jaw meets nothing of the scene
+        steps, step_s = self._free_steps  # the jaw has no contact with the scene
         for _ in range(steps):
             jaw.step(step_s)
 
@@ -156,15 +157,15 @@ class PlantPhysics:
 
     @property
     def true_force(self) -> list[float]:
-        """What the hand did to the tool at T6, mean of the last period, (6,), N and Nm."""
+        """Wrench of the hand on the tool at T6, mean of the last period, (6,), N and Nm."""
         return self.model.wrist_force()
 
     def contact_force(self) -> Contacts:
-        """What the fixtures did to the tool in the last period, along the axes of its tip."""
+        """Contact wrench on the tool in the last period, along the axes of its tip."""
         return self.model.contact_force()
 
     def tip_in_place(self) -> Transform:
-        """The tool's tip (T6 without one), seen from where the task truly is."""
+        """Pose of the tool's tip (T6 without a tool) in the true frame of the task."""
         pose = Transform.from_rows(self.model.tip_pose())
         return self._place @ pose
 

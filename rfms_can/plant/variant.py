@@ -1,10 +1,10 @@
-"""What the plant is really like: the arm of the data sheet, or one that nobody has measured yet.
+"""True parameters of the plant: those of the data sheet, or perturbed ones, to be identified.
 
 ``nominal``          the arm's own numbers and ideal boards
 ``table41``          drives after Table 4.1 of the thesis, boards with noise
-``perturbed:SEED``   masses +-30 %, friction +-50 %, torque +-10 %, one amplifier with a current of
-                     its own, one encoder that counts backwards; drawn by the seed
-``rewired:SEED``     the same with that encoder put right
+``perturbed:SEED``   masses +-30 %, friction +-50 %, torque +-10 %, one amplifier with a current
+                     offset, one encoder that counts backwards; drawn by the seed
+``rewired:SEED``     the same with that encoder corrected
 
 Each with ``+load``: the known load (``arm/load.py``) hangs in the hand.
 """
@@ -19,16 +19,16 @@ from rfms_can.arm.load import NOTHING
 from rfms_can.arm.torque_law import TorqueLaw, driven_by, table_4_1
 from rfms_can.errors import PlantError
 from rfms_can.plant.board import Board
-from rfms_can.plant.wired_board import IDEAL, WiredBoard, Wiring
+from rfms_can.plant.imperfect_board import IDEAL, BoardErrors, ImperfectBoard
 
 MASSES: Final = 0.3
 FRICTION: Final = 0.5
 TORQUE: Final = 0.1
 LOAD_DEPENDENCE: Final = 0.03
-"""How far ``perturbed`` goes to either side; the last is friction over the motor's torque."""
+"""Relative ranges of ``perturbed``; the last is friction over the motor's torque."""
 CURRENT_OFFSET: Final = (30, 60)
-"""Codes, least and most, of the amplifier with a current of its own."""
-NOISY: Final = Wiring(
+"""Smallest and largest current offset, codes."""
+NOISY: Final = BoardErrors(
     adc_slope=0.92, adc_offset=-11.0, current_noise=2.0, velocity_noise=1.5
 )  # P: the printed A_c and B_c overflow the converter (see Board)
 SEPARATOR: Final = ":"
@@ -44,7 +44,7 @@ class Variant:
         name: as asked for.
         arm: links and drives as they are.
         friction: one per joint.
-        wiring: one per board.
+        board_errors: one per board.
         load: in the hand.
         seed: of the boards' noise.
     """
@@ -52,7 +52,7 @@ class Variant:
     name: str
     arm: Arm
     friction: tuple[JointFriction, ...]
-    wiring: tuple[Wiring, ...] = (IDEAL,) * JOINT_COUNT
+    board_errors: tuple[BoardErrors, ...] = (IDEAL,) * JOINT_COUNT
     load: Load = NOTHING
     seed: int = 0
 
@@ -61,15 +61,15 @@ class Variant:
         return tuple(self._board(joint, angle) for joint, angle in enumerate(q))
 
     def _board(self, joint: int, q: float) -> Board:
-        wiring = self.wiring[joint]
-        if wiring == IDEAL:
+        board_errors = self.board_errors[joint]
+        if board_errors == IDEAL:
             return Board(self.arm, joint, q)
         noise = random.Random(self.seed * JOINT_COUNT + joint)
-        return WiredBoard(self.arm, joint, q, wiring, noise)
+        return ImperfectBoard(self.arm, joint, q, board_errors, noise)
 
     @property
     def laws(self) -> tuple[TorqueLaw, ...]:
-        """The torque laws its joints follow: the truth an experiment is to find."""
+        """The true torque laws of the joints, which identification is to find."""
         boards = [self.arm.board_scale(joint) for joint in range(JOINT_COUNT)]
         return tuple(
             TorqueLaw.of(abs(board.torque_per_dac_code), friction, self._offset(joint))
@@ -78,11 +78,11 @@ class Variant:
 
     def _offset(self, joint: int) -> float:
         sign = 1.0 if self.arm.drives[joint].gear_ratio > 0.0 else -1.0
-        return sign * self.wiring[joint].current_offset
+        return sign * self.board_errors[joint].current_offset
 
     @property
     def rigid(self) -> Arm:
-        """The arm with its links as the physics engine has them, corrections made."""
+        """The arm with the links of the physics engine, corrections applied."""
         links = tuple(
             Link(link.physical_mass, link.com, link.physical_inertia) for link in self.arm.links
         )
@@ -95,11 +95,11 @@ def as_built(arm: Arm, friction: str) -> Variant:
 
 
 def make_variant(name: str, arm: Arm, friction: str) -> Variant:
-    """The plant called ``name``, of an arm; ``friction`` names the set it starts from.
+    """The plant called ``name`` of an arm; ``friction`` names the friction set it starts from.
 
     Raises:
-        PlantError: there is none of that name.
-        ArmError: there is no such friction set.
+        PlantError: the name does not exist.
+        ArmError: the friction set does not exist.
     """
     kind, loaded, rest = name.partition(WITH_LOAD)
     word, given, seed = kind.partition(SEPARATOR)
@@ -117,15 +117,17 @@ def _nominal(variant: Variant, _: int) -> Variant:
 def _table41(variant: Variant, _: int) -> Variant:
     laws = table_4_1(variant.arm)
     friction = tuple(law.friction for law in laws)
-    wiring = (NOISY,) * JOINT_COUNT
-    return replace(variant, arm=driven_by(variant.arm, laws), friction=friction, wiring=wiring)
+    board_errors = (NOISY,) * JOINT_COUNT
+    return replace(
+        variant, arm=driven_by(variant.arm, laws), friction=friction, board_errors=board_errors
+    )
 
 
 def _rewired(variant: Variant, seed: int) -> Variant:
     draw = random.Random(seed)
 
-    def about_one(part: float) -> float:
-        return draw.uniform(1.0 - part, 1.0 + part)
+    def about_one(fraction: float) -> float:
+        return draw.uniform(1.0 - fraction, 1.0 + fraction)
 
     links = tuple(_heavier(link, about_one(MASSES)) for link in variant.arm.links)
     friction = tuple(
@@ -143,23 +145,23 @@ def _rewired(variant: Variant, seed: int) -> Variant:
     )
     biased = draw.randrange(JOINT_COUNT)
     offset = draw.choice((-1, 1)) * draw.randint(*CURRENT_OFFSET)
-    wiring = [NOISY] * JOINT_COUNT
-    wiring[biased] = replace(NOISY, current_offset=offset)
+    board_errors = [NOISY] * JOINT_COUNT
+    board_errors[biased] = replace(NOISY, current_offset=offset)
     arm = replace(variant.arm, links=links, drives=drives)
-    return replace(variant, arm=arm, friction=friction, wiring=tuple(wiring), seed=seed)
+    return replace(variant, arm=arm, friction=friction, board_errors=tuple(board_errors), seed=seed)
 
 
 def _perturbed(variant: Variant, seed: int) -> Variant:
     rewired = _rewired(variant, seed)
-    wiring = list(rewired.wiring)
-    straight = [joint for joint in range(JOINT_COUNT) if not wiring[joint].current_offset]
+    board_errors = list(rewired.board_errors)
+    straight = [joint for joint in range(JOINT_COUNT) if not board_errors[joint].current_offset]
     backwards = random.Random(~seed).choice(straight)
-    wiring[backwards] = replace(wiring[backwards], encoder_sign=-1)
-    return replace(rewired, wiring=tuple(wiring))
+    board_errors[backwards] = replace(board_errors[backwards], encoder_sign=-1)
+    return replace(rewired, board_errors=tuple(board_errors))
 
 
 def _heavier(link: Link, factor: float) -> Link:
-    """A link of another density: mass and inertia times ``factor``, as the physics has them."""
+    """A link of another density: physical mass and inertia times ``factor``."""
     xx, yy, zz = (factor * inertia for inertia in link.physical_inertia)
     return Link(factor * link.physical_mass, link.com, (xx, yy, zz))
 
@@ -170,4 +172,4 @@ _KINDS: Final[dict[tuple[str, bool], Callable[[Variant, int], Variant]]] = {
     ("rewired", True): _rewired,
     ("perturbed", True): _perturbed,
 }
-"""By word, and whether a seed follows."""
+"""By name, and whether a seed follows."""

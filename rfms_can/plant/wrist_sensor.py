@@ -1,8 +1,8 @@
 """The wrist force/torque sensor: six strain-gauge channels between hand and tool.
 
-What it reads is the truth, averaged over a control period as an integrating converter does it,
-times a scale, plus a bias and noise, within its range: whoever uses it has to take out the bias,
-and the weight and inertia of the tool.
+Its reading is the true wrench, averaged over a control period as by an integrating converter, times
+a scale, plus a bias and noise, within its range. Bias, and the weight and inertia of the tool, are
+to be compensated by its user.
 """
 
 import random
@@ -18,7 +18,7 @@ from rfms_can.transform import Vector6
 
 @dataclass(frozen=True, slots=True)
 class SensorErrors:
-    """What is wrong with a sensor.
+    """Errors of a sensor.
 
     Attributes:
         bias: reading without load: N along x, y, z, Nm about x, y, z.
@@ -43,15 +43,15 @@ GOOD: Final = SensorErrors(
 
 NO_SENSOR: Final = "none"
 SENSORS: Final[Mapping[str, SensorErrors]] = MappingProxyType({"ideal": IDEAL, "good": GOOD})
-"""By the names a run asks for them with."""
+"""By name."""
 
 
 class WristSensor:
     """Samples six channels.
 
     Args:
-        errors: what is wrong with it.
-        seed: makes the noise.
+        errors: of the sensor.
+        seed: of the noise.
     """
 
     def __init__(self, errors: SensorErrors = GOOD, seed: int = 1) -> None:
@@ -59,7 +59,7 @@ class WristSensor:
         self._random = random.Random(seed)
 
     def sample(self, truth: Sequence[float]) -> list[float]:
-        """The reading, (6,), N and Nm, of what the hand did to the tool at T6, mean of a period."""
+        """The reading, (6,), N and Nm, for the true wrench at T6, mean of a period."""
         errors, gauss = self._errors, self._random.gauss
         return [
             min(max(scale * value + bias + (gauss(0.0, noise) if noise else 0.0), -limit), limit)
@@ -70,10 +70,10 @@ class WristSensor:
 
 
 def sensor_from(name: str, seed: int) -> WristSensor | None:
-    """The sensor of a name, its noise made by ``seed``; None for ``none``.
+    """The sensor of a name, its noise seeded by ``seed``; None for ``none``.
 
     Raises:
-        PlantError: there is none of that name.
+        PlantError: the name does not exist.
     """
     if name == NO_SENSOR:
         return None

@@ -1,1 +1,1 @@
-"""The test rig: puts nodes on a bus, runs a program against them, keeps what happened."""
+"""The test rig: puts nodes on a bus, runs a program against them, records the run."""

@@ -62,7 +62,7 @@ def read_candump(path: Path) -> list[tuple[float, Frame]]:
     """Times (s) and frames of a candump log; a last line that was cut off is left out.
 
     Raises:
-        ValueError: a line is none of a candump log.
+        ValueError: a line is not in candump format.
     """
     frames = []
     text = path.read_text(encoding="ascii")
@@ -75,7 +75,7 @@ def read_candump(path: Path) -> list[tuple[float, Frame]]:
             data = bytes.fromhex(rest[2:] if fd else rest)
             frames.append((float(stamp.strip("()")), Frame(int(identifier, 16), data, fd)))
         except ValueError as error:
-            raise ValueError(f"{path}, line {number}: no candump line: {line[:60]!r}") from error
+            raise ValueError(f"{path}, line {number}: not a candump line: {line[:60]!r}") from error
     return frames
 
 
@@ -84,7 +84,7 @@ Cycle = tuple[tuple[int, bytes], ...]
 
 
 def cycles_from_enable(frames: Iterable[Frame], wire: Wire) -> list[Cycle]:
-    """Control cycles from enable on, until the arm is disabled; what two runs are compared by."""
+    """Control cycles from enable to disable, for the comparison of two runs."""
     sync = wire.receiver(Sync)
     sync_id = wire.id(Sync)
     cycles: list[Cycle] = []

@@ -29,7 +29,7 @@ class Child:
     The parent has imported what the child needs: a fork starts at once and shares the memory.
 
     Args:
-        name: what it is called in messages.
+        name: used in messages.
         body: called in the child with a function that says when to stop.
 
     Attributes:
@@ -44,7 +44,7 @@ class Child:
         parent = os.getpid()
         sys.stdout.flush()
         sys.stderr.flush()
-        # a signal between the fork and the child's own handlers would find the parent's
+        # a signal between the fork and the child's own handlers would run the parent's handler
         before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTERM, signal.SIGINT))
         self.pid = os.fork()
         if self.pid == 0:
@@ -79,14 +79,14 @@ class Child:
 
 
 def describe(child: Child) -> str:
-    """A child that has ended, in a few words."""
+    """How a child has ended, for messages."""
     return f"{child.name} (pid {child.pid}) has ended with exit code {child.exit_code}"
 
 
 def _run(
     name: str, body: Callable[[Stop], None], parent: int, unblocked: Iterable[int]
 ) -> NoReturn:
-    """In the child: run, report in one line, and leave without the parent's clean-up."""
+    """In the child: run, report an error in one line, exit without the parent's clean-up."""
     stopping = False
 
     def stop(_signal: int, _frame: FrameType | None) -> None:
@@ -114,9 +114,9 @@ def _run(
 
 
 def _die_with_parent(parent: int) -> None:
-    """End this process when its parent dies, however it dies: the kernel does it, or a thread.
+    """End this process when its parent dies: by the kernel, or by a thread where it cannot.
 
-    Not the node's loop: asking for the parent on every frame costs as much as the frame.
+    Not in the node's loop: checking the parent on every frame costs as much as the frame.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""All processes of a bus under one roof: started together, watched, ended together."""
+"""All processes of a bus: started, monitored and ended together."""
 
 import contextlib
 import time
@@ -27,11 +27,11 @@ NODES: Final = (MASTER, *OTHERS)
 
 
 class Health(msgspec.Struct):
-    """How a node is.
+    """Health of a node.
 
     Attributes:
         node: its name.
-        pid: its process; 0 if it is none of ours.
+        pid: its process; 0 if it was not started here.
         alive: whether the process runs.
         state: by its last heartbeat; empty before the first.
         register, discarded: by its last heartbeat.
@@ -50,16 +50,16 @@ class Health(msgspec.Struct):
 
 
 class Fleet:
-    """Hub, recorder, eight nodes and the master as processes; this process watches.
+    """Hub, recorder, eight nodes and the master as processes; this process monitors them.
 
     Args:
         settings: of the run.
-        program: what the master runs; None to wait with the brakes on.
+        program: of the master; None to wait with the brakes on.
         record: directory to record into, or None; without a program only the log.
-        elsewhere: node numbers that are not ours to start.
+        elsewhere: numbers of nodes that are started elsewhere.
 
     Raises:
-        BusError: the bus is not there.
+        BusError: the bus does not exist.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class Fleet:
             if program is None:
                 run_idle(settings, stop)
                 return
-            with contextlib.suppress(KeyboardInterrupt):  # told to stop: the arm is braked
+            with contextlib.suppress(KeyboardInterrupt):  # stopped by a signal: the arm is braked
                 outcome = execute(program, settings, record=record, attach=True, interrupted=stop)
                 if outcome.fault is not None:
                     raise outcome.fault
@@ -118,7 +118,7 @@ class Fleet:
         self._port = open_port(self._settings.bus, accepts, client="rfms up")
 
     def watch(self, seconds: float) -> None:
-        """Listen for a while and bring ``health`` up to date."""
+        """Listen for a while and update ``health``."""
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0.0:
             frame = self._port.recv(left)

@@ -15,8 +15,8 @@ class Gains(NamedTuple):
 
     Attributes:
         kp, ki, kd: Nm/rad, Nm/(rad s), Nms/rad.
-        natural_frequency: of the error, rad/s, from which they follow, and the law of the weighted
-            inertia directly.
+        natural_frequency: of the error, rad/s; determines the gains, and is used directly by the
+            law of the weighted inertia.
         damping_ratio: likewise.
     """
 
@@ -37,7 +37,7 @@ _PARAMETERS = (
 
 
 def gains(settings: RunSettings, calibration: Calibration | None = None) -> Sequence[Gains]:
-    """What the joint nodes are told: it does not depend on the law, nor on what is compensated."""
+    """Gains sent to the joint nodes; independent of control law and dynamics compensation."""
     parameters = all_parameters(
         settings.the_arm, settings.friction, 1.0 / settings.rate, calibration
     )

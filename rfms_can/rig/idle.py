@@ -12,7 +12,7 @@ from rfms_can.wire.nodes import MASTER
 
 
 def run_idle(settings: RunSettings, stop: Callable[[], bool]) -> None:
-    """Keep the bus alive until ``stop`` says so; cycles are paced by the control period.
+    """Run cycles, paced by the control period, until ``stop`` returns True.
 
     Raises:
         FaultError: the bus could not be brought up, or a fault was latched.

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM while a program runs: time stops between two events, never within one."""
+"""Ctrl-C and SIGTERM while a program runs: handled between two events, never within one."""
 
 import signal
 from collections.abc import Iterator
@@ -11,10 +11,10 @@ EXIT_CODE_BASE: Final = 128
 
 
 class Interrupt:
-    """Whether somebody has asked the run to end.
+    """Whether a signal has asked the run to end.
 
     Attributes:
-        signal: what came; None so far.
+        signal: the first one received, or None.
     """
 
     def __init__(self) -> None:
@@ -26,13 +26,13 @@ class Interrupt:
 
     @property
     def exit_code(self) -> int:
-        """What shells expect of a process that a signal has ended."""
+        """The exit code shells expect of a process ended by a signal."""
         return EXIT_CODE_BASE + (self.signal or signal.SIGINT)
 
 
 @contextmanager
 def signals_noted() -> Iterator[Interrupt]:
-    """Note the first signal instead of dying of it; a second one raises at once."""
+    """Note the first signal instead of dying of it; a second one raises immediately."""
     interrupt = Interrupt()
 
     def note(number: int, _frame: FrameType | None) -> None:

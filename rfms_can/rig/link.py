@@ -1,4 +1,4 @@
-"""A program's link to a master in its own process: time goes on only while it waits."""
+"""A program's link to a master in its own process: time advances only while it waits."""
 
 from collections.abc import Callable
 from functools import partial
@@ -11,7 +11,7 @@ from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status
 from rfms_can.rig.realtime import ThreadedPump
 
 Pump = Callable[[Callable[[], bool]], None]
-"""Runs the bus until a condition holds; asks it after every event."""
+"""Runs the bus until a condition holds; evaluates it after every event."""
 
 
 class DirectLink:
@@ -21,7 +21,7 @@ class DirectLink:
         master: the master.
         pump: runs the bus.
         on_cycle: called once for every closed cycle.
-        interrupted: whether somebody wants the program to end; asked after every event.
+        interrupted: whether the program is to end; called after every event.
     """
 
     def __init__(
@@ -40,11 +40,11 @@ class DirectLink:
     def pass_time(
         self, condition: Callable[[], bool], ended: Callable[[], bool] = lambda: False
     ) -> None:
-        """Let time go on until a condition holds, whatever happens to the run.
+        """Let time advance until a condition holds, even if the run is halted.
 
         Args:
-            condition: asked at the end of every cycle.
-            ended: asked after every event.
+            condition: evaluated at the end of every cycle.
+            ended: evaluated after every event.
         """
         cycle, machine = self._master.cycle, self._master.machine  # asked after every event
         if condition():
@@ -52,7 +52,7 @@ class DirectLink:
 
         def held() -> bool:
             if cycle.closed == self._closed and machine.fault is None:
-                return ended()  # nothing a condition may ask about changes within a cycle
+                return ended()  # conditions depend on closed cycles only
             if cycle.closed != self._closed:
                 self._closed = cycle.closed
                 self._on_cycle()
@@ -61,11 +61,11 @@ class DirectLink:
         self._pump(held)
 
     def run_until(self, condition: Callable[[], bool]) -> None:
-        """Let time go on until a condition holds; a halted run raises ``FaultError``.
+        """Let time advance until a condition holds; a halted run raises ``FaultError``.
 
         Raises:
             FaultError: the run was halted.
-            KeyboardInterrupt: somebody wants the program to end.
+            KeyboardInterrupt: the program was interrupted.
         """
         master = self._master
         self.pass_time(lambda: master.fault is not None or condition(), self._interrupted)
@@ -75,12 +75,12 @@ class DirectLink:
             raise KeyboardInterrupt
 
     def wait(self, *any_of: AnyCondition) -> None:
-        """Let time go on until one of some conditions holds; see ``run_until``."""
+        """Let time advance until one of the conditions holds; see ``run_until``."""
         master = self._master
         self.run_until(lambda: any(holds(master, condition) for condition in any_of))
 
     def request(self, message: ArmRequest) -> Answer:
-        """Hand a message to the master; in real time in the thread that runs it."""
+        """Pass a message to the master; in real time in the thread that runs it."""
         handle = partial(self._master.handle, message)
         return self._pump.do(handle) if isinstance(self._pump, ThreadedPump) else handle()
 
@@ -89,7 +89,7 @@ class DirectLink:
         return status_of(self._master)
 
     def time(self) -> float:
-        """The arm's clock, s: that of the last closed cycle."""
+        """The arm's clock at the last closed cycle, s."""
         return self.status().time
 
     @property

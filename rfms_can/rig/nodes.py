@@ -1,4 +1,4 @@
-"""Makes the node of a number, as a run's settings have it."""
+"""Makes the nodes of a run from its settings."""
 
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode

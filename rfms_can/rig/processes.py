@@ -29,11 +29,11 @@ from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
 
 LOOK_EVERY: Final = 512
-"""Frames between two looks at whether the children live; when no frame comes we look at once."""
+"""Frames between two checks of the children; when no frame comes they are checked immediately."""
 HUB_PATIENCE_S: Final = 10.0
 
 OTHERS: Final = (*JOINTS, GRIPPER, PLANT)
-"""Nodes that are not this process."""
+"""Nodes other than the master."""
 
 
 def make_node(number: int, settings: RunSettings, wire: Wire) -> Node:
@@ -60,10 +60,10 @@ def start_node(number: int, settings: RunSettings, wire: Wire) -> Child:
 
 
 def start_hub(settings: RunSettings) -> Child | None:
-    """The hub a ``hub:NAME`` URL asks for, unless it runs already; None if there is nothing to do.
+    """Start the hub of a ``hub:NAME`` URL, unless it runs already; None if nothing was started.
 
     Raises:
-        BusError: it did not come up.
+        BusError: it did not start.
     """
     url = parse_bus_url(settings.bus)
     if url.interface != HUB or url.channel in live_hubs():
@@ -92,19 +92,19 @@ def _answers(settings: RunSettings) -> bool:
 
 
 def check_bus(settings: RunSettings) -> None:
-    """Say once that the bus is not there, instead of nine times.
+    """Report a missing bus once, instead of once per node.
 
     Raises:
-        BusError: it is not.
+        BusError: the bus does not exist.
     """
     open_port(settings.bus, frozenset(), client="check").close()
 
 
 def open_master_port(settings: RunSettings, master: MasterNode) -> Port:
-    """The master's port: hears its own ROWS when they have gone out, and counts what is foreign.
+    """The master's port: echoes its own ROWS once they are sent, and counts foreign frames.
 
     Raises:
-        BusError: the bus is not there.
+        BusError: the bus does not exist.
     """
 
     def count(_kind: str) -> None:
@@ -119,14 +119,14 @@ class ProcessRig:
     Args:
         settings: of the run.
         record: candump log to write, or None.
-        elsewhere: nodes that are on the bus already: real boards, or other terminals.
+        elsewhere: nodes that are started elsewhere: real boards, or other terminals.
 
     Attributes:
         master: the master.
         children: the processes; the hub and the recorder first.
 
     Raises:
-        BusError: the bus is not there.
+        BusError: the bus does not exist.
     """
 
     def __init__(
@@ -140,7 +140,7 @@ class ProcessRig:
         self._hub: list[Child] = []
         self._recorder: list[Child] = []
         self._port: Port | None = None
-        gc.freeze()  # keep the collector off what the children share with us
+        gc.freeze()  # keep the collector off the memory that the children share
         try:
             hub = start_hub(settings)
             self._hub += [] if hub is None else [hub]
@@ -181,7 +181,7 @@ class ProcessRig:
                 self.master.lose(f"the process of {describe(child)}")
 
     def begin_measuring(self) -> None:
-        """Count frames from now on."""
+        """Start counting frames."""
         self._begun = self._count()
 
     def _count(self) -> int:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 ENTRY = "program"
 MODULE = "rfms_program"
-"""What a program is imported as: its own name might be a library's."""
+"""Module name of a program: its file name might be that of a library."""
 _RIG = str(Path(__file__).parent)
 
 
@@ -23,7 +23,8 @@ def load_program(path: Path) -> "Program":
     """The program of a file.
 
     Raises:
-        ProgramError: it is not there, is no Python, fails when loaded, or has no ``program(arm)``.
+        ProgramError: it cannot be read, has a syntax error, fails when loaded, or has no
+            ``program(arm)``.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -58,13 +59,13 @@ def load_program(path: Path) -> "Program":
 
 
 def _entry(module: ModuleType, path: Path) -> Callable[[Any], object]:
-    """The function a program is; raises ``ProgramError`` as ``load_program`` does."""
+    """The program's function; raises ``ProgramError`` as ``load_program`` does."""
     program: Callable[[Any], object] | None = getattr(module, ENTRY, None)
     if not callable(program):
         raise ProgramError(f"program {path} has no function {ENTRY}(arm); define one")
     if iscoroutinefunction(program):
         raise ProgramError(
-            f"program {path}: {ENTRY} is a coroutine, which nobody would run; write def "
+            f"program {path}: {ENTRY} is a coroutine, which is never awaited here; write def "
             f"{ENTRY}(arm), or drive an AsyncArm with connect_async"
         )
     return program
@@ -77,13 +78,13 @@ def _what(error: BaseException) -> str:
 
 
 def _line(error: BaseException, path: Path) -> str:
-    """The innermost line of the program on an error's way up."""
+    """The innermost line of the program in an error's traceback."""
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
     return f"line {lines[-1]}" if lines else "before its first line"
 
 
 def _is_ours(error: BaseException) -> bool:
-    """Whether an error comes from what runs below a program: a bug, to be seen with its trace."""
+    """Whether an error comes from code below the program: a bug, to be shown with its traceback."""
     frames = traceback.extract_tb(error.__traceback__)
     below = [frame for frame in frames if frame.filename.startswith(_RIG)]
     return len(below) > 1  # the first is the call of the program

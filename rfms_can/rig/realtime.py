@@ -1,6 +1,6 @@
-"""A program beside a bus that does not wait: the driver keeps its own thread in real time.
+"""A program beside a real-time bus, which does not wait: the driver has a thread of its own.
 
-Also what Linux offers a process that must be on time: SCHED_FIFO, one CPU, locked memory.
+Also Linux' real-time options: SCHED_FIFO, CPU affinity, locked memory.
 """
 
 import ctypes
@@ -20,7 +20,7 @@ class ThreadedPump:
     """Runs a pump in a thread of its own; conditions and requests are served between its steps.
 
     Args:
-        pump: runs the bus until a condition holds; asks it after every event.
+        pump: runs the bus until a condition holds; evaluates it after every event.
     """
 
     def __init__(self, pump: Callable[[Callable[[], bool]], None]) -> None:
@@ -44,7 +44,7 @@ class ThreadedPump:
             raise self._failure
 
     def do(self, action: Callable[[], Result]) -> Result:
-        """Have the bus' thread call a function between two steps; its result or error."""
+        """Call a function in the bus' thread between two steps; its result or error."""
         results: queue.SimpleQueue[Result | BaseException] = queue.SimpleQueue()
 
         def job() -> None:
@@ -87,11 +87,11 @@ class ThreadedPump:
         return self._closing
 
 
-def be_on_time(priority: int | None, cpu: int | None, lock_memory: bool) -> None:
+def set_real_time(priority: int | None, cpu: int | None, lock_memory: bool) -> None:
     """Ask Linux for real-time scheduling, one CPU, and memory that is never paged out.
 
     Raises:
-        RfmsError: it is not permitted here; the message says what would permit it.
+        RfmsError: not permitted here; the message says how to permit it.
     """
     if cpu is not None:
         try:

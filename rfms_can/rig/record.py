@@ -1,10 +1,10 @@
 """A recorded run: a directory with the frames, the settings and versions, and the numbers.
 
 ``bus.log``        every frame, as ``candump -L`` writes it
-``settings.json``  settings, versions, and what a reader of the log needs of the arm
+``settings.json``  settings, versions, and the arm's data needed to read the log
 ``commanded.csv``  the commanded joint angles of every cycle, rad, in double precision
 ``summary.json``   the result
-``truth.csv``      what the arm truly met, cycle by cycle: with a scene, on the simulated bus
+``truth.csv``      ground truth of each cycle: with a scene, on the simulated bus
 """
 
 import json
@@ -82,7 +82,7 @@ class Record:
         self._write(COMMANDED, "\n".join(lines) + "\n")
 
     def truth(self, rows: Sequence[Truth]) -> None:
-        """What the plant knows of each cycle."""
+        """Ground truth of each cycle."""
         lines = [",".join(COLUMNS), *(",".join(map(repr, row.row())) for row in rows)]
         self._write(TRUTH, "\n".join(lines) + "\n")
 
@@ -102,7 +102,7 @@ class Record:
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python, of this package and of what it stands on."""
+    """Versions of Python, of this package and of its dependencies."""
     found = {"python": platform.python_version(), "rfms_can": __version__}
     for package in _PACKAGES:
         try:

@@ -16,7 +16,7 @@ from rfms_can.rig.child import Child, Stop
 from rfms_can.rig.settings import RunSettings
 
 LAST_FRAMES_S: Final = 1.0
-"""How long a recorder that is to stop goes on reading a bus that does not fall silent."""
+"""How long a recorder that is to stop goes on reading a busy bus, s."""
 ROOM_BYTES: Final = 1 << 24
 """Receive buffer of a recorder: some 20 000 frames."""
 _SO_RCVBUFFORCE: Final = 33  # asm-generic/socket.h
@@ -48,9 +48,9 @@ def start_recorder(path: Path, settings: RunSettings) -> Child:
 
 
 def _make_room(port: Port) -> None:
-    """Let the kernel keep more frames for a reader that is not always on time.
+    """Enlarge the kernel's receive buffer, so that a delayed reader loses no frame.
 
-    More than the system's bound where that is allowed (root), the bound elsewhere.
+    Beyond the system's bound where that is allowed (root), else up to the bound.
     """
     with (
         contextlib.suppress(OSError),  # not every interface of python-can is a socket

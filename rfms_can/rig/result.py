@@ -1,4 +1,4 @@
-"""What a run amounted to: the table at its end, and ``summary.json``."""
+"""The result of a run: the table at its end, and ``summary.json``."""
 
 from typing import Any
 
@@ -32,17 +32,17 @@ class RunResult(msgspec.Struct, frozen=True):
         error: why the program ended early otherwise, or None.
         cycles: control cycles while enabled.
         incomplete: cycles that ended before all had answered (deadline misses).
-        missing: frames that were missing in them.
+        missing: frames missing in them.
         joints: tracking.
         frames: frames on the bus, all phases.
-        bus_load: measured, part of the bus time; None where the bus tells none.
-        bus_bound: worst-case load of a cycle that such a run can have, part of the bus time.
+        bus_load: measured, fraction of the bus time; None where it cannot be measured.
+        bus_bound: worst-case load of a cycle of such a run, fraction of the bus time.
         discarded: frames refused, by node.
-        foreign: frames on the bus that are none of the contract's.
+        foreign: frames on the bus that are not in the contract.
         lost: frames missed by the master, by gaps of their counters.
         lateness: histogram of late SYNCs (real time only).
         wall_s: wall-clock time of the enabled part, s.
-        scene: what the arm met; None where nothing was there, or nobody here can tell.
+        scene: contact with the scene; None without a scene, or if the plant is in another process.
         reported: singularities met while the arm complied, in words, each once.
     """
 
@@ -77,7 +77,7 @@ class RunResult(msgspec.Struct, frozen=True):
 def joint_results(arm: Arm, statistics: RunStatistics) -> list[JointResult]:
     """Tracking of the six joints."""
 
-    def one(joint: int, moving: Tracking, settled: Tracking) -> JointResult:
+    def joint_result(joint: int, moving: Tracking, settled: Tracking) -> JointResult:
         counts_per_rad = abs(arm.drives[joint - 1].counts_per_radian)
         return JointResult(
             joint,
@@ -88,7 +88,7 @@ def joint_results(arm: Arm, statistics: RunStatistics) -> list[JointResult]:
         )
 
     return [
-        one(joint, moving, settled)
+        joint_result(joint, moving, settled)
         for joint, moving, settled in zip(
             JOINTS, statistics.moving, statistics.settled, strict=True
         )

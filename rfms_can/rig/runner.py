@@ -50,27 +50,27 @@ def execute(
         record: directory to record into, or None.
         progress: called now and then while it runs.
         attach: the other nodes are on the bus already: start none.
-        watch: is shown the rig before the run: what it does concerns this process, not the nodes'.
-        interrupted: whether the program shall end; asked while it waits.
+        watch: called with the rig before the run, in this process, not the nodes'.
+        interrupted: whether the program is to end; called while it waits.
 
     Raises:
         SettingsError: the simulated bus is too slow for the rate.
         RfmsError: whatever ended the run other than a latched fault; the arm is braked.
-        KeyboardInterrupt: ``interrupted`` said so; the arm is braked.
+        KeyboardInterrupt: ``interrupted`` returned True; the arm is braked.
     """
-    keeper = None if record is None else Record(record)
-    rig, writer = make_rig(settings, keeper, attach)
+    run_record = None if record is None else Record(record)
+    rig, writer = make_rig(settings, run_record, attach)
     try:
         if watch is not None:
             watch(rig)
         session = Session(
             rig,
-            bus_bound=affordable(settings),
+            bus_bound=checked_bus_bound(settings),
             progress=progress,
-            keep=keeper is not None,
+            keep=run_record is not None,
             interrupted=interrupted,
         )
-        return _run(session, program, settings, keeper)
+        return _run(session, program, settings, run_record)
     finally:
         rig.close()
         if writer is not None:
@@ -78,9 +78,9 @@ def execute(
 
 
 def _run(
-    session: Session, program: Program, settings: RunSettings, keeper: Record | None
+    session: Session, program: Program, settings: RunSettings, run_record: Record | None
 ) -> Outcome:
-    """Run, and write down how it went, however it ends."""
+    """Run and complete the record, even after an error."""
     fault: FaultError | None = None
     try:
         session.run(program)
@@ -88,41 +88,41 @@ def _run(
         fault = error
     finally:
         session.close()
-        write_down(session, settings, keeper)
+        complete_record(session, settings, run_record)
     return Outcome(session.result(), fault)
 
 
-def write_down(session: Session, settings: RunSettings, keeper: Record | None) -> None:
+def complete_record(session: Session, settings: RunSettings, run_record: Record | None) -> None:
     """Complete the record of a run, if there is one."""
-    if keeper is not None:
+    if run_record is not None:
         master = session.master
-        keeper.settings(settings, master.arm, master.arm_state.zero_counts)
-        keeper.commanded(session.commanded)
+        run_record.settings(settings, master.arm, master.arm_state.zero_counts)
+        run_record.commanded(session.commanded)
         watch = session.rig.watch if isinstance(session.rig, SimulatedRig) else None
         if watch is not None:
-            keeper.truth(watch.rows)
-        keeper.summary(session.result())
+            run_record.truth(watch.rows)
+        run_record.summary(session.result())
 
 
 def make_rig(
-    settings: RunSettings, keeper: Record | None, attach: bool
+    settings: RunSettings, run_record: Record | None, attach: bool
 ) -> tuple[Rig, CandumpWriter | None]:
-    """The nodes on the bus of the settings, and what writes the log where no process does."""
+    """The nodes on the bus of the settings, and the log writer where no process records."""
     if not settings.simulated:
         elsewhere = frozenset(OTHERS) if attach else frozenset()
-        return ProcessRig(settings, None if keeper is None else keeper.log, elsewhere), None
+        return ProcessRig(settings, None if run_record is None else run_record.log, elsewhere), None
     rig = SimulatedRig(settings)
-    if keeper is None:
+    if run_record is None:
         return rig, None
     if rig.watch is not None:
         rig.watch.keep = True
-    writer = CandumpWriter(keeper.log, "sim0")
+    writer = CandumpWriter(run_record.log, "sim0")
     rig.observe(writer.write)
     return rig, writer
 
 
-def affordable(settings: RunSettings) -> float:
-    """The bound of the bus' load, which a bus that keeps bit times must be able to carry."""
+def checked_bus_bound(settings: RunSettings) -> float:
+    """The bound of the bus load; refused above 100 % on the simulated bus."""
     bound = bus_bound(settings)
     if settings.simulated and bound > 1.0:
         raise SettingsError(
@@ -135,8 +135,8 @@ def affordable(settings: RunSettings) -> float:
 
 
 def bus_bound(settings: RunSettings) -> float:
-    """Worst-case load of a cycle of such a run: the usual one; with a sensor FORCE is in it, with a
-    tool in the hand COMPLY and BIAS, for then a program may let the arm comply in every cycle."""
+    """Worst-case load of a cycle of such a run: the usual frames; FORCE with a sensor; COMPLY and
+    BIAS with a tool in the hand, since the arm may then comply in every cycle."""
     timing = BusTiming(settings.bit_rate, settings.data_bit_rate)
     more = ["FORCE"] * settings.master().sensor + COMPLIES * (settings.the_scene.tool is not None)
     return budget(settings.rate, timing, cycle=Cycle.USUAL, occasional=more).load

@@ -1,7 +1,7 @@
-"""A server: brings a rig up, enables the arm and serves coordinators until it is told to end.
+"""A server: brings a rig up, enables the arm and serves coordinators until it is interrupted.
 
-One thread: the sockets are looked at between two steps of the bus. In real time that is after
-every frame, so that what has come before a cycle is closed acts in the set-point made then.
+One thread: the sockets are polled between two steps of the bus. In real time that is after every
+frame, so that a request received before a cycle is closed acts on the set-point made then.
 """
 
 import time
@@ -10,23 +10,23 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from rfms_can.errors import FaultError, LinkError
-from rfms_can.link.address import DEFAULT_NAME, TcpAddress, place_of
+from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of
 from rfms_can.link.keys import ServerKeys
 from rfms_can.link.server import ServerSocket, check_binding
 from rfms_can.master.server.core import Server
 from rfms_can.master.settings import CLOCKS
 from rfms_can.messages import ServerNumbers
-from rfms_can.rig.desk import Desk
 from rfms_can.rig.record import Record
 from rfms_can.rig.result import RunResult
-from rfms_can.rig.runner import affordable, make_rig, write_down
+from rfms_can.rig.runner import checked_bus_bound, complete_record, make_rig
+from rfms_can.rig.server_driver import ServerDriver
 from rfms_can.rig.session import HALT_CYCLES, Rig, Session
 from rfms_can.rig.settings import RunSettings
 
 LOOK_S: Final = 0.1
-"""While time stands still the lease is looked at, and the state broadcast, this often."""
-THINKING_PART: Final = 0.25
-"""Part of the lockstep barrier for which cycles wait for a coordinator that does not wait."""
+"""Period at which the lease is checked and the state broadcast while time stands still, s."""
+THINKING_FRACTION: Final = 0.25
+"""Fraction of the lockstep barrier for which cycles wait for a coordinator that computes."""
 ENDING: Final = "the server is ending: it takes no more requests"
 
 
@@ -35,7 +35,7 @@ class Listening(NamedTuple):
 
     Attributes:
         name: of its Unix sockets.
-        tcp: TCP address besides, or None.
+        tcp: additional TCP address, or None.
         keys: CURVE keys of the TCP connections, or None.
     """
 
@@ -45,11 +45,11 @@ class Listening(NamedTuple):
 
 
 class Served(NamedTuple):
-    """How serving ended.
+    """Result of a server's run.
 
     Attributes:
         result: the run's numbers.
-        numbers: the server's.
+        numbers: of the server.
         fault: the latched fault that halted it, or None.
     """
 
@@ -59,12 +59,12 @@ class Served(NamedTuple):
 
 
 class Serving:
-    """A rig that is being served.
+    """Serves a rig to coordinators.
 
     Args:
         rig: the nodes and their bus.
         socket: the sockets; the caller closes them.
-        interrupted: whether the server shall end.
+        interrupted: whether the server is to end.
         shown: called now and then, and at least every ``LOOK_S``.
         bus_bound, keep: as with ``Session``.
 
@@ -88,9 +88,9 @@ class Serving:
         self._barrier_s = master.settings.barrier_s
         self._interrupted = interrupted
         self._shown = shown
-        self._thought_long = False
+        self._waited_long_enough = False
         self.server = Server(master)
-        self._desk = Desk(self.server, socket)
+        self._driver = ServerDriver(self.server, socket)
         self.session = Session(
             rig,
             bus_bound=bus_bound,
@@ -102,30 +102,30 @@ class Serving:
         )
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
-        """Serve until ``interrupted``; the arm is braked then.
+        """Serve until ``interrupted`` returns True; then the arm is braked.
 
         Args:
             ready: called when the arm is enabled.
 
         Raises:
-            FaultError: a latched fault halted the run; everybody has been told.
+            FaultError: a latched fault halted the run; all clients have been informed.
         """
         session = self.session
         try:
             session.bring_up()
             ready()
             self._serve()
-            self._desk.end(ENDING)
+            self._driver.end(ENDING)
             session.stop_moving()
         except KeyboardInterrupt:  # while the bus came up
-            self._desk.end(ENDING)
+            self._driver.end(ENDING)
         except FaultError:
             session.coast(HALT_CYCLES)
             raise
         finally:
             session.disable()
-            self._desk.wait(0.0)
-            self._desk.broadcast()
+            self._driver.wait(0.0)
+            self._driver.broadcast()
 
     def _serve(self) -> None:
         master, link = self._master, self.session.link
@@ -142,35 +142,35 @@ class Serving:
         return self._master.fault is not None or self._interrupted()
 
     def _may_go_on(self) -> bool:
-        """Whether the next cycle may begin; in lockstep nodes are not kept waiting for long."""
+        """Whether the next cycle may begin; in lockstep the nodes' waiting time is bounded."""
         if self.server.time_may_pass:
-            self._thought_long = False
+            self._waited_long_enough = False
             return True
-        enough = self._thought_long or self.server.holder is None
+        enough = self._waited_long_enough or self.server.holder is None
         return enough and self._clock.waits_for_nodes
 
     def _after_event(self) -> bool:
-        """Look at the sockets between two steps of the bus; whether the server shall end."""
+        """Poll the sockets between two steps of the bus; whether the server is to end."""
         if not self._clock.in_one_process:
-            self._desk.serve()
+            self._driver.serve()
             if self._clock.waits_for_nodes:
                 self._master.timer.paced = not self.server.time_may_pass
         return self._interrupted()
 
     def _close_cycle(self) -> None:
-        self._desk.serve()
-        self._desk.close_cycle()
+        self._driver.serve()
+        self._driver.close_cycle()
 
     def _stand_still(self) -> None:
-        """No cycle until somebody lets time pass, or in lockstep until nodes have waited enough."""
-        limit_s = self._barrier_s * THINKING_PART
+        """Wait until a client lets time pass; in lockstep at most the fraction of the barrier."""
+        limit_s = self._barrier_s * THINKING_FRACTION
         waiting = self._clock.waits_for_nodes
         until = time.monotonic() + limit_s
         while not self._over() and not self._may_go_on():
             left_s = until - time.monotonic() if waiting else LOOK_S
-            self._thought_long = left_s <= 0.0
-            self._desk.wait(max(0.0, min(left_s, LOOK_S)))
-            self._desk.broadcast()
+            self._waited_long_enough = left_s <= 0.0
+            self._driver.wait(max(0.0, min(left_s, LOOK_S)))
+            self._driver.broadcast()
             self._show()
 
     def _show(self) -> None:
@@ -189,17 +189,17 @@ def serve(
     shown: Callable[[Serving], None] | None = None,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> Served:
-    """Serve a rig made of the settings; the arguments are those of ``execute`` and ``Serving``.
+    """Serve a rig built from the settings; see ``execute`` and ``Serving`` for the arguments.
 
     Raises:
         LinkError: the name or a port is taken, or must not be bound.
         RfmsError: the bus could not be brought up.
     """
     check_binding(listening.tcp, listening.keys)
-    if place_of(listening.name).alive:
+    if rendezvous_of(listening.name).alive:
         raise LinkError(f"server {listening.name!r} is running already: take another --name")
-    keeper = None if record is None else Record(record)
-    rig, writer = make_rig(settings, keeper, attach)
+    run_record = None if record is None else Record(record)
+    rig, writer = make_rig(settings, run_record, attach)
     try:
         watch(rig)
         with ServerSocket(*listening) as socket:  # after the rig has forked its processes
@@ -208,8 +208,8 @@ def serve(
                 socket,
                 interrupted=interrupted,
                 shown=shown,
-                bus_bound=affordable(settings),
-                keep=keeper is not None,
+                bus_bound=checked_bus_bound(settings),
+                keep=run_record is not None,
             )
             fault: FaultError | None = None
             try:
@@ -217,7 +217,7 @@ def serve(
             except FaultError as error:
                 fault = error
             finally:
-                write_down(serving.session, settings, keeper)
+                complete_record(serving.session, settings, run_record)
             return Served(serving.session.result(), serving.server.numbers(), fault)
     finally:
         rig.close()

@@ -1,7 +1,7 @@
-"""One run: bring the bus up, enable, let a program move the arm, disable; keep the numbers.
+"""One run: bring the bus up, enable, let a program move the arm, disable; collect the numbers.
 
-Whatever ends a program, its own error or a fault of the bus, the arm is brought to rest and
-braked before the error goes on to whoever started the run.
+If a program ends by its own error or by a fault of the bus, the arm is brought to rest and braked
+before the error is passed on to the caller.
 """
 
 import time
@@ -28,36 +28,36 @@ Progress = Callable[["Session"], None]
 HALT_CYCLES = 125
 """Cycles a halted arm is given to come to rest before it is braked."""
 SILENT_CYCLES = 5
-"""Cycles without answers after which nobody is waited for any more."""
+"""Cycles without answers after which the nodes are not waited for any more."""
 PROGRESS_EVERY = 50
 """Cycles between two progress reports."""
 
 
 class Rig(Protocol):
-    """What a session runs on: the nodes, and a way to let them go on."""
+    """The nodes and their bus, as a session needs them."""
 
     master: MasterNode
 
     def pump(self, condition: Callable[[], bool]) -> None:
-        """Run until a condition holds; it is asked after every event."""
+        """Run until a condition holds; it is evaluated after every event."""
 
     def begin_measuring(self) -> None:
-        """Bus statistics count from now on."""
+        """Start counting bus statistics."""
 
     @property
     def load(self) -> float | None:
-        """Part of the time the bus was busy, if the bus tells."""
+        """Fraction of the time the bus was busy, if it can be measured."""
 
     @property
     def scene(self) -> SceneResult | None:
-        """What the arm met, if the rig can tell."""
+        """Contact with the scene, if the plant is in this process."""
 
     @property
     def frames(self) -> int:
         """Frames on the bus, as far as this end sees them."""
 
     def close(self) -> None:
-        """Give back what was taken: processes, ports."""
+        """End processes and close ports."""
 
 
 class Session:
@@ -70,11 +70,11 @@ class Session:
         keep: keep the commanded trajectory for plots.
         each_cycle: called once for every closed cycle.
         threaded: whether in real time the bus has a thread of its own, beside the program's.
-        interrupted: whether somebody wants the program to end.
+        interrupted: whether the program is to end.
 
     Attributes:
         link: the program's link to the master.
-        commanded: six joint angles a cycle, rad, if kept: what was sent, in double precision.
+        commanded: six joint angles a cycle, rad, if kept: those sent, in double precision.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Session:
         Raises:
             FaultError: a latched fault halted the run.
             ProgramError: the program asked for something impossible.
-            KeyboardInterrupt: somebody wanted the program to end; the arm is at rest and braked.
+            KeyboardInterrupt: the program was interrupted; the arm is at rest and braked.
         """
         try:
             self.bring_up()
@@ -143,9 +143,9 @@ class Session:
         self._enabled_at = time.perf_counter()
 
     def stop_moving(self) -> None:
-        """Controlled stop along the path, before the arm is braked; waits until it rests.
+        """Controlled stop along the path, before the arm is braked; waits until it is at rest.
 
-        An arm that never does, because its servos shake it, is braked after a while as it is.
+        An arm that never comes to rest, because its servos oscillate, is braked after a timeout.
         """
         if self.link.running:
             self.link.request(StopRequest())
@@ -155,7 +155,7 @@ class Session:
             )
 
     def coast(self, cycles: int) -> None:
-        """Let a halted arm come to rest; not for long on a bus that does not answer."""
+        """Let a halted arm come to rest; gives up early on a bus that does not answer."""
         master, statistics = self.master, self.master.statistics
         until, silent = master.closed + cycles, statistics.incomplete + SILENT_CYCLES
         if master.next_deadline_ns() is not None:

@@ -1,4 +1,4 @@
-"""What a run is made of; every field is a flag of ``rfms run`` and a key of the config file."""
+"""Settings of a run; every field is a flag of ``rfms run`` and a key of the config file."""
 
 from dataclasses import asdict, dataclass
 from enum import IntEnum
@@ -27,7 +27,7 @@ LONGEST_S: Final = 3600.0
 
 
 class SettingsError(RfmsError, ValueError):
-    """A setting that does not exist, or two that exclude one another."""
+    """An unknown setting or value, or two that exclude one another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,21 +40,22 @@ class RunSettings:
         clock: ``virtual``, ``lockstep`` or ``realtime``; by the bus if empty.
         rate: control rate, Hz.
         friction: friction set of the plant.
-        plant: what it is really like (``plant/variant.py``).
+        plant: true parameters of the plant (``plant/variant.py``).
         servo_friction: friction set the servos compensate; the plant's if empty.
-        dynamics: what the master compensates with: ``full``, ``simplified`` or ``none``.
+        dynamics: model of the master's compensation: ``full``, ``simplified`` or ``none``.
         calibration: file of ``rfms identify``; the arm's published numbers if empty.
         blend: ``continuous`` or ``thesis``.
         bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
         barrier: longest lockstep cycle, s.
         patience: how long nodes may take to appear, s.
-        seed: makes the boot ids, and the noise of the sensor.
-        scene: what the arm holds and meets: ``NAME`` or ``NAME:key=value,...``
+        seed: of the boot ids and the sensor's noise.
+        scene: tool and fixtures: ``NAME`` or ``NAME:key=value,...``
             (``plant/scene/catalogue.py``).
         sensor: at its wrist: ``none``, ``ideal`` or ``good``.
         law: how the arm complies: a word of ``compliance.ControlLaw``.
         force_loop: ``open``, ``closed`` over the sensor, or empty: closed if there is one.
-        dither: fraction of the friction that complying joints dither with at rest, 0 to 1.
+        dither: amplitude of the dither of complying joints at rest, a fraction of the friction,
+            0 to 1.
     """
 
     arm: str = "puma260"
@@ -99,7 +100,7 @@ class RunSettings:
             )
         if one_process and not simulated:
             raise SettingsError(
-                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} takes lockstep"
+                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} needs 'lockstep'"
             )
         for name in ("barrier", "patience"):
             if not 0.0 < getattr(self, name) <= LONGEST_S:
@@ -135,12 +136,12 @@ class RunSettings:
 
     @property
     def the_scene(self) -> Scene:
-        """What the arm holds and meets."""
+        """Tool and fixtures."""
         return scene_from(self.scene, self.arm)
 
     @property
     def the_clock(self) -> Clock:
-        """Who says when a cycle begins."""
+        """The clock that starts the cycles."""
         return choice("clock", self.clock or ("virtual" if self.simulated else "lockstep"), Clock)
 
     @property
@@ -153,7 +154,7 @@ class RunSettings:
         return (self.seed << 8 | node) & 0xFFFFFFFF
 
     def master(self, *, paced: bool = False) -> MasterSettings:
-        """The master's part of it; ``paced`` for a bus that idles."""
+        """The master's settings; ``paced`` for a bus without a program."""
         return MasterSettings(
             rate_hz=self.rate,
             clock=self.the_clock,

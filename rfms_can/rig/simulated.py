@@ -22,7 +22,7 @@ class SimulatedRig:
     Attributes:
         bus: the simulated bus.
         master, joints, gripper, plant: its nodes.
-        watch: on what the arm meets, where there is something to meet.
+        watch: observer of the contact with the scene; None without one.
     """
 
     def __init__(self, settings: RunSettings, wire: Wire | None = None) -> None:
@@ -47,14 +47,14 @@ class SimulatedRig:
         self.bus.run_until(condition)
 
     def begin_measuring(self) -> None:
-        """Bus statistics count from now on, and so does what the arm meets."""
+        """Start counting bus statistics and contacts."""
         self.bus.reset_statistics()
         if self.watch is not None:
             self.watch.begin()
 
     @property
     def load(self) -> float | None:
-        """Part of the time the bus was busy since ``begin_measuring``."""
+        """Fraction of the time the bus was busy since ``begin_measuring``."""
         return self.bus.statistics.load(self.bus.now_ns)
 
     @property
@@ -64,8 +64,8 @@ class SimulatedRig:
 
     @property
     def scene(self) -> SceneResult | None:
-        """What the arm met."""
+        """Contact with the scene."""
         return None if self.watch is None else self.watch.result()
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Nothing to close."""

@@ -1,6 +1,6 @@
-"""What an arm met in its scene: the plant's truth, which no node on the bus knows.
+"""Ground truth of contact with a scene, read from the plant and not from the bus.
 
-Only where the plant is in this process: on the simulated bus.
+Available only if the plant is in this process: on the simulated bus.
 """
 
 import math
@@ -20,7 +20,7 @@ COLUMNS: Final = (
     *("q1", "q2", "q3", "q4", "q5", "q6"),
 )
 """Of ``truth.csv``; SI and radians. Forces and torques are means of the control period that ends at
-the cycle's SYNC, ``points`` the most in it; what is left is so at its end."""
+the cycle's SYNC, ``points`` the maximum in it; the other columns are values at its end."""
 
 
 class Truth(NamedTuple):
@@ -28,9 +28,9 @@ class Truth(NamedTuple):
 
     Attributes:
         cycle: its number.
-        contact: what the fixtures did to the tool in the period before, along the axes of its tip.
+        contact: of tool and fixtures in the period before, along the axes of the tip.
         tip: pose of the tip, in the frame of the place (``Scene.place``).
-        wrist: what the hand did to the tool at T6, mean of that period, (6,), N and Nm.
+        wrist: wrench of the hand on the tool at T6, mean of that period, (6,), N and Nm.
         q: joint angles, rad.
     """
 
@@ -51,18 +51,18 @@ class Truth(NamedTuple):
 
 
 class SceneResult(msgspec.Struct, frozen=True):
-    """What a run made of its scene: N and m, forces on the tool along the axes of its tip.
+    """Contact with the scene in a run: N and m, forces on the tool along the axes of its tip.
 
     Attributes:
-        scene: as it was asked for.
+        scene: as given in the settings.
         contact_cycles: cycles in which the tool touched a fixture.
-        largest_force, largest_lateral, largest_axial: whole force, part across z of the tip, part
-            along it, means of a control period, each the largest of any; a blow within one is
-            higher.
-        largest_depth: how far tool and fixture sank into one another.
-        lowest: lowest that the tip was along z of the place; a peg is in the hole by -lowest.
+        largest_force, largest_lateral, largest_axial: force, its component perpendicular to z of
+            the tip, and its component along it: the largest mean of a control period; an impact
+            within a period is higher.
+        largest_depth: penetration of tool and fixture.
+        lowest: minimum of the tip's z in the frame of the place; a peg's depth is -lowest.
         tip: position of the tip in the place at the end.
-        touching: whether it touched a fixture then.
+        touching: whether the tool touched a fixture at the end.
     """
 
     scene: str
@@ -81,7 +81,7 @@ class SceneWatch:
 
     Args:
         plant: its node.
-        scene: as it was asked for.
+        scene: as given in the settings.
         keep: whether to keep the truth of every cycle.
 
     Attributes:
@@ -96,7 +96,7 @@ class SceneWatch:
         plant.each_period = self._look
 
     def begin(self) -> None:
-        """Count and keep from now on."""
+        """Start counting and recording."""
         self.rows: list[Truth] = []
         self._cycles = 0
         self._force = self._lateral = self._axial = self._depth = 0.0

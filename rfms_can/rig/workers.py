@@ -1,4 +1,4 @@
-"""Processes that share work: ended with the block that has them, whatever signals come when."""
+"""A pool of worker processes, ended with its ``with`` block whatever signals arrive."""
 
 import signal
 from collections.abc import Iterator
@@ -11,23 +11,23 @@ from rfms_can.rig.interrupt import SIGNALS
 
 @contextmanager
 def workers(count: int) -> Iterator[Pool]:
-    """A pool of so many processes.
+    """A pool of ``count`` processes.
 
     Leaving the block ends them by SIGTERM. A process that has just been forked still has the
-    handlers of its parent, which notes signals instead of dying of them: it would live on, and the
-    parent wait for it for ever. So signals wait until it is deaf to Ctrl-C and mortal again.
+    handlers of its parent, which note signals instead of dying of them: it would live on, and the
+    parent would wait for it for ever. So signals are blocked until the handlers are reset.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
-        pool = get_context("fork").Pool(count, _mortal)
+        pool = get_context("fork").Pool(count, _reset_handlers)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
     with pool:
         yield pool
 
 
-def _mortal() -> None:
-    """Ctrl-C is for the parent, which then ends its workers."""
+def _reset_handlers() -> None:
+    """Reset the handlers: Ctrl-C is for the parent, which then ends its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)

@@ -1,8 +1,8 @@
-"""Set-points: of the hand, one a cycle on the bus, and of each joint, which every node makes of it.
+"""Set-points: the Cartesian one, once a cycle on the bus, and the joints', computed by the nodes.
 
-``cartesian.py`` is what the master says, ``frames.py`` its two frames, ``succession.py`` in which
-order, ``joint.py`` what a joint makes of it, with the polynomials of ``blend.py`` and the
-derivatives of ``history.py``.
+``cartesian.py`` has the master's set-point, ``frames.py`` its two frames, ``succession.py`` the
+valid order of states, ``joint.py`` the joint's set-point, with the polynomials of ``blend.py`` and
+the derivatives of ``history.py``.
 """
 
 from rfms_can.setpoint.cartesian import CartesianSetpoint

@@ -22,10 +22,10 @@ def blend_parameter(p: float) -> float:
 
 
 def stop_parameter(p: float) -> float:
-    """(h - h_stop) t_seg / t_acc of a controlled stop: (3.15) run backwards, 0 to 1.
+    """(h - h_stop) t_seg / t_acc of a controlled stop: (3.15) reversed, 0 to 1.
 
     From cruise at p = 0 to rest at p = 1, acceleration and jerk zero at both ends: a stop along
-    the path takes 2 t_acc and covers what cruising covers in t_acc.
+    the path takes 2 t_acc and covers the distance of t_acc at cruise.
     """
     return 2.0 * p - blend_parameter(p)
 
@@ -57,7 +57,7 @@ def earlier(motion: Derivatives, time: float) -> Derivatives:
 
 
 class MatchingPolynomial(NamedTuple):
-    """What is added to a new segment so that it starts as the old one was left (3.18).
+    """Polynomial added to a new segment so that it continues the motion of the old one (3.18).
 
     Degree 7 with four conditions at either end, all zero at p = 1, so (1 - p)^4 divides it: the
     rest, q0 + q1 p + q2 p^2 + q3 p^3, is the Taylor series at p = 0 of the polynomial over
@@ -71,7 +71,7 @@ class MatchingPolynomial(NamedTuple):
 
     @classmethod
     def matching(cls, difference: Derivatives, acceleration_time: float) -> Self:
-        """The polynomial that takes all four differences out within 2 t_acc: the default blend.
+        """The polynomial that removes all four differences within 2 t_acc: the default blend.
 
         Args:
             difference: position, velocity, acceleration and jerk of the old motion less those of
@@ -93,10 +93,10 @@ class MatchingPolynomial(NamedTuple):
 
     @classmethod
     def thesis(cls, position: float, velocity: float, acceleration_time: float) -> Self:
-        """The polynomial of (3.19): acceleration and jerk at the hand-over are taken for zero.
+        """The polynomial of (3.19): acceleration and jerk at the hand-over are assumed zero.
 
-        They are not when the segment left behind is Cartesian or its goal moves: the joint's
-        acceleration then steps by what it had.
+        They are not if the old segment is Cartesian or its goal moves: the joint's acceleration
+        then has a step of that size.
         """
         return cls.matching((position, velocity, 0.0, 0.0), acceleration_time)
 

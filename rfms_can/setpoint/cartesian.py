@@ -1,4 +1,4 @@
-"""The Cartesian set-point of one cycle: what the master tells the joints."""
+"""The Cartesian set-point of one cycle, sent by the master to the joints."""
 
 from typing import NamedTuple
 
@@ -8,26 +8,25 @@ from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
 
 class CartesianSetpoint(NamedTuple):
-    """What the master sends each cycle, and (last three) what it remembers of it.
+    """The master's set-point of a cycle; the last three attributes are not sent.
 
     Attributes:
         state: the row of Table 3.3.
-        mode: of the segment under way; at START already the new one's.
+        mode: of the current segment; at START already the new one's.
         blend: which matching polynomial the joints use.
         r: 1 - h, 1 at the start of a segment, 0 at its goal.
         p: position in the transition (3.14), 0 to 1; also in a Cartesian one, which is LINEAR. At
-            START how far the hand-over is past already, 0 at full speed.
+            START the elapsed part of the transition, 0 at full speed.
         acceleration_time: t_acc, s; with a feed rate what it takes at the feed of the hand-over.
         T6_1: the pose: of the goal in joint mode, of the hand in Cartesian mode. At START the
             pose B the new segment starts from.
         configuration_1: the branch ``T6_1`` is to be solved in.
-        T6_2: the second pose, None where there is none. In IDLE and PRE the one that the next
-            segment will have as its ``T6_1``, so that its rate is known; at START of a joint
-            segment its goal C.
+        T6_2: the second pose, or None. In IDLE and PRE the ``T6_1`` of the next segment, so that
+            its rate is known; at START of a joint segment its goal C.
         configuration_2: the branch ``T6_2`` is to be solved in.
         n: local time in periods, -n_acc to n_seg: whole at full speed.
         h: the segment parameter (3.15, 3.16).
-        sequence: sequence number of the move under way, 0 before the first.
+        sequence: sequence number of the current move, 0 before the first.
     """
 
     state: TrajectoryState

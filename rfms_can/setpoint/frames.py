@@ -1,4 +1,4 @@
-"""Set-points across the wire: what the master packs into SETPOINT 1 and 2, and nodes read back."""
+"""Set-points on the wire: packed by the master into SETPOINT 1 and 2, unpacked by the nodes."""
 
 from functools import lru_cache
 from typing import Final
@@ -34,7 +34,7 @@ def values_of(
 
 @lru_cache(maxsize=4)
 def setpoint_of(first: Setpoint, second: Setpoint | None) -> CartesianSetpoint:
-    """What the frames say; a pure function, so nodes of one process may share its results."""
+    """The set-point of the frames; a pure function, so nodes of one process share its results."""
     return CartesianSetpoint(
         state=_STATES[first.state],
         mode=_MODES[first.mode],

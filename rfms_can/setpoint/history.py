@@ -16,16 +16,16 @@ On the golden trajectories (Cartesian segment, moving goal; 5 ms), one period ah
     4       20      4.7e-8  5.8e-6  4.4e-4  0.019       2e-8    4.2e-6  5.2e-4  0.039
     4       32      3.2e-8  2.6e-6  1.3e-4  0.003       1e-7    2.0e-5  1.7e-3  0.084
 
-Degree 4 because bias grows with the fifth power of a motion's speed and noise not at all. Ten
-samples bring the acceleration's noise down to that of the samples' own second difference
+Degree 4 because bias grows with the fifth power of a motion's speed and noise does not. Ten samples
+reduce the acceleration's noise to that of the samples' own second difference
 (2.9e-3 rad/s2); windows of half the acceleration time, 10 to 32 samples, keep the path error
 under 1e-5 rad at t_acc = 0.2 s.
 
 A transition of twice t_acc multiplies noise of jerk by its third power, and a low feed rate makes
-t_acc long. One of more than 256 periods is matched over 128 samples, and what would still wander by
-more than 1e-4 rad rms is not matched at all (``matched_for``): jerk beyond 1400 periods,
-acceleration beyond 2800. Largest wander of a transition, rms, from 3e-8 rad of noise (the length of
-the period does not matter)::
+t_acc long. One of more than 256 periods is matched over 128 samples, and derivatives that would
+still cause a path error of more than 1e-4 rad rms are not matched (``matched_for``): jerk beyond
+1400 periods, acceleration beyond 2800. Largest path error of a transition, rms, from 3e-8 rad of
+noise (independent of the period)::
 
     t_acc   window      from rate   acceleration    jerk, rad
     40      20          6e-7        1.8e-6          1.6e-6
@@ -48,16 +48,16 @@ import numpy as np
 from rfms_can.setpoint.blend import Derivatives
 
 SHORTEST: Final = 10
-"""Samples a fit takes if there are as many."""
+"""Smallest window of a fit, samples, if available."""
 
 LONG: Final = 32
-"""Samples a fit takes at most, unless the transition is a slow one."""
+"""Largest window of a fit, samples, unless the transition is slow."""
 
 LONGEST: Final = 128
-"""Samples it takes for a slow one; or ``LONG``, if there are fewer than that."""
+"""Window for a slow transition, samples; ``LONG`` if fewer are available."""
 
 SLOW_TICKS: Final = 256
-"""Acceleration time in periods beyond which a transition is a slow one."""
+"""Acceleration time in periods beyond which a transition is slow."""
 
 JERK_TICKS: Final = 1400
 """Acceleration time in periods beyond which an estimated jerk is worse than none."""
@@ -76,7 +76,7 @@ def window_for(acceleration_ticks: int) -> int:
 
 
 def matched_for(acceleration_ticks: int, difference: Derivatives) -> Derivatives:
-    """``difference`` without the orders whose noise such a transition would make a wander of."""
+    """``difference`` without the orders whose noise such a transition would amplify too much."""
     position, velocity, acceleration, jerk = difference
     if acceleration_ticks > JERK_TICKS:
         jerk = 0.0
@@ -86,7 +86,7 @@ def matched_for(acceleration_ticks: int, difference: Derivatives) -> Derivatives
 
 
 def _degree(count: int) -> int:
-    """Degree of the fit to ``count`` samples: a jerk from fewer than eight is mere noise."""
+    """Degree of the fit to ``count`` samples: a jerk from fewer than eight is only noise."""
     if count >= SHORTEST:
         return 4
     return 3 if count >= 8 else min(count - 1, 2)
@@ -109,11 +109,11 @@ _AHEAD: Final = {count: _weights(count, 1) for count in _COUNTS}
 
 
 class SampleHistory:
-    """The last samples of an angle, one each period, and the derivatives they tell.
+    """The last samples of an angle, one each period, and the derivatives estimated from them.
 
     Equal samples give derivatives of exactly zero: a joint at rest does not dither. With fewer
-    samples than a derivative needs it is zero. A ``window`` is how many of the last samples to
-    look at; fewer are taken where there are fewer.
+    samples than a derivative needs it is zero. A ``window`` is the number of the last samples used,
+    or all of them if there are fewer.
     """
 
     __slots__ = ("_samples",)
@@ -134,11 +134,11 @@ class SampleHistory:
         self._samples.clear()
 
     def push(self, sample: float) -> None:
-        """Take this period's sample, rad."""
+        """Append this period's sample, rad."""
         self._samples.append(sample)
 
     def extrapolate(self) -> None:
-        """Stand in for a sample that did not come by what the last ones tell of it."""
+        """Replace a missing sample by extrapolation."""
         if self._samples:
             self._samples.append(self.one_ahead(1.0)[0])
 

@@ -1,10 +1,10 @@
 """The set-point of one joint from the Cartesian set-points of the master (Table 3.3, Appendix C).
 
 Every joint node runs one :class:`JointSetpoint` on the solution of its own joint; the master runs
-six as a shadow. This is Appendix C's ``jsetp``, with what the thesis left out: solutions continue
-the turn they were on, the goal being left is solved in the old configuration and the next one in
-the new, the first move starts from the encoder, and the rate of the new segment at the hand-over
-is that of its own start point, which for a Cartesian segment is not the goal's (3.17).
+six as a model of the nodes. This is Appendix C's ``jsetp`` with additions: solutions continue on
+their turn, the old goal is solved in the old configuration and the next one in the new, the first
+move starts from the encoder, and the rate of the new segment at the hand-over is that of its own
+start point, which for a Cartesian segment is not the goal's (3.17).
 """
 
 import math
@@ -27,8 +27,8 @@ _LINEAR: Final = TrajectoryState.LINEAR
 _START: Final = TrajectoryState.START
 _BLEND: Final = TrajectoryState.BLEND
 
-HELD: Final = 1e-6
-"""Further than this from its base, rad, a transition is held; nearer it may end, short of p = 1."""
+HELD_TOLERANCE: Final = 1e-6
+"""Largest distance from its base, rad, at which a transition may end before p = 1."""
 
 
 class JointSetpoint:
@@ -38,12 +38,12 @@ class JointSetpoint:
     Cartesian mode (3.23), plus the matching polynomial during a transition (3.18).
 
     At a hand-over the ``THESIS`` blend extrapolates linearly and matches position and velocity.
-    ``CONTINUOUS`` also matches acceleration and jerk; what it takes them from is the history of
-    the base, not of the set-point, so a joint segment with a resting goal is left with exactly
-    zero of both, and r adds its own exact rate (numbers: :mod:`rfms_can.setpoint.history`).
+    ``CONTINUOUS`` also matches acceleration and jerk, taken from the history of the base, not of
+    the set-point: for a joint segment with a resting goal both are exactly zero, and r adds its own
+    exact rate (numbers: :mod:`rfms_can.setpoint.history`).
 
-    With a feed rate f the hand-over may fall between two cycles: START then says in p how far it
-    is past. What is matched is taken back by that time, and t_acc is 1/f of the move's, so that
+    With a feed rate f the hand-over may fall between two cycles: p of START is then the elapsed
+    part. The matched motion is shifted back by that time, and t_acc is 1/f of the move's, so that
     the polynomial is the one of full speed.
 
     Attributes:
@@ -58,13 +58,13 @@ class JointSetpoint:
 
     __slots__ = (
         "_base",
-        "_even",
         "_match",
         "_next",
         "_period",
         "_previous",
         "_r",
         "_r_step",
+        "_since_transition",
         "_state",
         "_step1",
         "_step2",
@@ -75,19 +75,19 @@ class JointSetpoint:
     )
 
     def __init__(self, period_s: float, theta: float = 0.0) -> None:
-        """A joint that stands at ``theta``, rad; ``period_s`` is tau, s."""
+        """A joint at rest at ``theta``, rad; ``period_s`` is tau, s."""
         self._period: Final = period_s
         self._base = SampleHistory()
         self._next = SampleHistory()
         self.reset(theta)
 
     def reset(self, theta: float) -> None:
-        """Start over from rest at ``theta``, rad: the encoder, before the first set-point."""
+        """Restart from rest at ``theta``, rad: the encoder, before the first set-point."""
         self.theta = self._previous = theta
         self.rate = self.acceleration = 0.0
         self._step1 = self._step2 = 0.0
         self._r = self._r_step = 0.0
-        self._even = 0  # samples of the base since the last transition
+        self._since_transition = 0  # samples of the base since the last transition
         self._theta_BC = 0.0
         self._match = NO_MATCH
         self._state = _IDLE
@@ -97,7 +97,7 @@ class JointSetpoint:
     def tick(self, setpoint: CartesianSetpoint, solve: Solve) -> float:
         """The joint's set-point for this cycle, rad; NaN if ``setpoint`` cannot be used.
 
-        A set-point that is refused (no solution, or a state that cannot follow) changes nothing.
+        A refused set-point (no solution, or an invalid sequence of states) changes nothing.
         """
         t6_2 = setpoint.T6_2
         solution_1 = solve(setpoint.T6_1, setpoint.configuration_1, self.turn_1(setpoint))
@@ -110,8 +110,8 @@ class JointSetpoint:
     def turn_1(self, setpoint: CartesianSetpoint) -> float:
         """The angle whose turn the solution of ``T6_1`` continues, rad.
 
-        That is its own last value, not the set-point: in joint mode the two may be more than half
-        a turn apart, and their distance crosses half a turn while the joint runs.
+        That is its own last value, not the set-point: in joint mode the two may differ by more than
+        half a turn, and their difference crosses half a turn during the motion.
         """
         return self.theta if setpoint.state is _IDLE or not self._base else self._base.newest
 
@@ -125,7 +125,7 @@ class JointSetpoint:
     def advance(
         self, setpoint: CartesianSetpoint, solution_1: float, solution_2: float = 0.0
     ) -> float:
-        """``tick`` with the solutions at hand, rad, on the turns of ``turn_1`` and ``turn_2``."""
+        """``tick`` with given solutions, rad, on the turns of ``turn_1`` and ``turn_2``."""
         state = setpoint.state
         if not (may_follow(setpoint, self._state) and math.isfinite(solution_1 + solution_2)):
             return math.nan
@@ -141,14 +141,14 @@ class JointSetpoint:
         return theta
 
     def miss(self) -> float:
-        """A cycle without a usable set-point: hold the last one (rad) and keep the histories true.
+        """A cycle without a usable set-point: hold the last one (rad) and update the histories.
 
         The next transition still needs evenly spaced samples: they are extrapolated, the set-point
         is not.
         """
         self._base.extrapolate()
         self._next.extrapolate()
-        self._even += 1
+        self._since_transition += 1
         self._r += self._r_step
         step = 2.0 * self._step1 - self._step2
         self._previous += step
@@ -167,8 +167,8 @@ class JointSetpoint:
             if state is _BLEND:
                 theta += self._match.at(setpoint.p)
             if setpoint.p:
-                self._even = 0
-        self._even += 1
+                self._since_transition = 0
+        self._since_transition += 1
         self._base.push(solution_1)
         if setpoint.T6_2 is None:
             self._next.clear()
@@ -178,29 +178,31 @@ class JointSetpoint:
         return theta
 
     def _rest(self, theta: float) -> None:
-        """IDLE: the pose alone says where the joint is."""
-        if not self._base:  # the encoder was only near the pose that now holds
+        """IDLE: the pose alone determines the joint angle."""
+        if not self._base:  # the encoder angle was only near this pose
             self._previous = theta
-        elif self._is_elsewhere(theta):
+        elif self._rests_before_goal(theta):
             self._base.clear()
         self._theta_BC = 0.0
 
-    def _is_elsewhere(self, theta: float) -> bool:
-        """Whether the arm rests short of where its base was heading: stopped, or held."""
+    def _rests_before_goal(self, theta: float) -> bool:
+        """Whether the arm rests before the goal of its base: stopped, or held."""
         if self._state is _LINEAR:
             return self._r != 0.0
         base = self._base.newest
-        if self._state is _IDLE or abs(self.theta - base) <= HELD:
+        if self._state is _IDLE or abs(self.theta - base) <= HELD_TOLERANCE:
             return False
         return abs(theta - self.theta) < abs(theta - base)
 
     def _hand_over(self, setpoint: CartesianSetpoint, theta_B: float, theta_C: float) -> float:
-        """START: the set-point at -t_acc, and how the old motion turns into the new one."""
+        """START: the set-point at -t_acc, and the matching polynomial of the transition."""
         joint_mode = setpoint.mode is Mode.JOINT
         ticks = round(setpoint.acceleration_time / self._period)
         window = window_for(ticks)
         theta, velocity, acceleration, jerk = (
-            self._extrapolated() if setpoint.blend is Blend.THESIS else self._left_behind(window)
+            self._extrapolated()
+            if setpoint.blend is Blend.THESIS
+            else self._departing_motion(window)
         )
         self._next.push(theta_C if joint_mode else theta_B)
         _, *rates = self._next.at_newest(self._period, window)
@@ -217,19 +219,19 @@ class JointSetpoint:
         return theta
 
     def _extrapolated(self) -> Derivatives:
-        """The old motion now, by row 3 of Table 3.3: theta + theta-dot tau, and no more."""
+        """The old motion now, by row 3 of Table 3.3: theta + theta-dot tau only."""
         step = self._step1
         return (self._previous + step, step / self._period, 0.0, 0.0)
 
-    def _left_behind(self, window: int) -> Derivatives:
-        """The old motion now: its base one period on, and r, which runs evenly at a hand-over.
+    def _departing_motion(self, window: int) -> Derivatives:
+        """The old motion now: its base one period ahead, and r, whose rate is constant there.
 
-        A long window does not reach back into the transition, at whose end h has a kink (of its
-        fourth derivative, so that a short one may).
+        A long window does not reach back into the transition, at whose end the fourth derivative of
+        h is discontinuous; a short one may.
         """
         if not self._base:
             return (self.theta, 0.0, 0.0, 0.0)
-        window = min(window, max(self._even, SHORTEST))
+        window = min(window, max(self._since_transition, SHORTEST))
         theta, velocity, acceleration, jerk = self._base.one_ahead(self._period, window)
         theta_BC, step = self._theta_BC, self._r_step
         return (

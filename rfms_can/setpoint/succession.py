@@ -1,4 +1,4 @@
-"""Which set-points may follow which, as a joint sees it (Table 3.3): one literal table."""
+"""Valid sequences of set-points for a joint (Table 3.3): one literal table."""
 
 from typing import Final
 
@@ -21,17 +21,17 @@ FOLLOWS: Final = {
 }
 """The states a set-point of each state may follow.
 
-IDLE after LINEAR ends a controlled stop, LINEAR after PRE is one that began there; START after
-LINEAR is a PRE that was lost. A BLEND whose START was lost cannot be computed and is refused.
-LINEAR after IDLE begins a Cartesian transition: in Cartesian mode, and with a p. IDLE after LINEAR
-with r = 0 ends one, and IDLE after BLEND a transition to rest, or one held where it was.
+IDLE after LINEAR ends a controlled stop, LINEAR after PRE is a stop that began there; START after
+LINEAR is a lost PRE. A BLEND whose START was lost cannot be computed and is refused. LINEAR after
+IDLE begins a Cartesian transition: in Cartesian mode, and with p > 0. IDLE after LINEAR with r = 0
+ends one, and IDLE after BLEND ends a transition to rest, or one that was held.
 """
 _MAY_FOLLOW: Final = [[last in FOLLOWS[state] for last in _STATES] for state in _STATES]
 """``FOLLOWS`` by state and last state: an enumeration's own hash would cost a call each cycle."""
 
 
 def may_follow(setpoint: CartesianSetpoint, last: TrajectoryState) -> bool:
-    """Whether ``setpoint`` can be used after one of state ``last``."""
+    """Whether ``setpoint`` may follow a set-point of state ``last``."""
     state = setpoint.state
     if state is _LINEAR and last is _IDLE:
         return setpoint.mode is Mode.CARTESIAN and setpoint.p > 0.0

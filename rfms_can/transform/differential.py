@@ -1,6 +1,6 @@
 """Differential motion and forces between frames (thesis sections II.4 and II.5, as corrected).
 
-Six-vectors stand linear part first: velocities (vx, vy, vz, wx, wy, wz) of (2.10), differential
+Six-vectors have the linear part first: velocities (vx, vy, vz, wx, wy, wz) of (2.10), differential
 changes (dx, dy, dz, rx, ry, rz) of (2.15), forces (fx, fy, fz, mx, my, mz) of (2.19).
 """
 
@@ -13,10 +13,10 @@ Matrix6 = tuple[Vector6, Vector6, Vector6, Vector6, Vector6, Vector6]
 
 
 def differential_transform(transform: Transform) -> Matrix6:
-    """The matrix X of (2.11): a velocity of the outer frame, seen in and at the inner one.
+    """The matrix X of (2.11): transforms a velocity of the outer frame into the inner one.
 
-    Its transpose takes a force of the inner frame to the outer one, F = X^T (cF) (2.20): with
-    virtual work the same in both, one matrix serves both ways.
+    Its transpose transforms a force of the inner frame into the outer one, F = X^T (cF) (2.20),
+    since the virtual work is the same in both.
 
     Returns:
         Six rows of six; [R^T, -R^T p^; 0, R^T], p^ the cross-product matrix of p (metres).
@@ -34,7 +34,7 @@ def differential_transform(transform: Transform) -> Matrix6:
 
 
 def differential_operator(change: Vector6) -> Matrix4:
-    """Delta of (2.16), its last element 0 and not the printed 1: only so Delta T = T (T^Delta).
+    """Delta of (2.16), its last element 0 instead of the printed 1, so that Delta T = T (T^Delta).
 
     Changes add: a sequence of small ones is the product of (I + Delta_i), to first order
     I + sum Delta_i, and not the product of the Deltas printed as (2.18).

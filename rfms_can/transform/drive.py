@@ -6,7 +6,7 @@ from typing import Final, Self
 from rfms_can.transform.homogeneous import Transform, Vector3
 
 HALF_TURN_BOUND: Final = 1e-10
-"""Radians from pi below which the sense of the rotation is rounding, and the axis sign a rule."""
+"""Distance from pi, radians, below which the sign of the axis is chosen by convention."""
 
 
 class DriveTransform:
@@ -69,13 +69,13 @@ class DriveTransform:
 
 
 def motion_of(change: Transform) -> tuple[float, float, float, float, float, float]:
-    """How far a frame has gone from the identity: translation, m, and rotation vector, rad (6)."""
+    """Displacement of a frame from the identity: translation, m, and rotation vector, rad (6)."""
     psi, (x, y, z) = _angle_and_axis(change)
     return (change.px, change.py, change.pz, psi * x, psi * y, psi * z)
 
 
 def _angle_and_axis(start: Transform) -> tuple[float, Vector3]:
-    """Psi (3.33) and the axis; past 120 degrees from the symmetric part, where sin psi fades."""
+    """Psi (3.33) and the axis; beyond 120 degrees from the symmetric part, as sin psi vanishes."""
     x, y, z = start.oz - start.ay, start.ax - start.nz, start.ny - start.ox
     twice_sine = math.sqrt(x * x + y * y + z * z)
     twice_cosine = start.nx + start.oy + start.az - 1.0

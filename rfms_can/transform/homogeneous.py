@@ -1,5 +1,5 @@
-"""Homogeneous transforms (thesis section II.2): twelve plain floats, because six joints a cycle
-compose a handful of them and an array of sixteen costs more to call than to multiply."""
+"""Homogeneous transforms (thesis section II.2): twelve plain floats, because six joints compose
+only a few of them a cycle, and the overhead of an array exceeds the multiplication."""
 
 import math
 from collections.abc import Sequence
@@ -8,23 +8,23 @@ from typing import Final, NamedTuple
 from rfms_can.errors import KinematicsError
 
 _new = tuple.__new__
-"""The constructor behind ``NamedTuple``'s own: half its cost on the per-cycle path."""
+"""The base constructor of ``NamedTuple``: half its cost on the per-cycle path."""
 
 Vector3 = tuple[float, float, float]
 
 RIGID_TOLERANCE: Final = 1e-6
-"""Largest ``rigidity_error`` of what a user may call a pose; six printed digits pass."""
+"""Largest ``rigidity_error`` of a user's pose; six printed digits are sufficient."""
 
 WIRE_ROTATION_TOLERANCE: Final = 1e-5
-"""How far o and a may be from orthonormal on the wire: a hundred times float32's rounding."""
+"""Largest deviation of o and a from orthonormal on the wire: a hundred times float32's rounding."""
 
 _NAN: Final = math.nan
 
 
 class Transform(NamedTuple):
-    """The pose of one frame in another, [n o a p] of (2.1), the last row left out.
+    """The pose of one frame in another, [n o a p] of (2.1), without the last row.
 
-    Immutable; the twelve elements stand row by row, so that ``==`` compares values and a transform
+    Immutable; the twelve elements are in row order, so that ``==`` compares values and a transform
     unpacks like a tuple. Rotation elements have no unit, px, py, pz are metres.
     """
 
@@ -43,7 +43,7 @@ class Transform(NamedTuple):
 
     @staticmethod
     def identity() -> "Transform":
-        """The frame itself."""
+        """The identity."""
         return _IDENTITY
 
     @staticmethod
@@ -101,11 +101,11 @@ class Transform(NamedTuple):
 
     @staticmethod
     def from_o_a_p(o: Sequence[float], a: Sequence[float], p: Sequence[float]) -> "Transform":
-        """The pose a SETPOINT frame carries: n = o x a, o and a made orthonormal again.
+        """The pose of a SETPOINT frame: n = o x a, with o and a orthonormalised.
 
-        float32 leaves o and a about 1e-7 off. Where they are off by more than
-        ``WIRE_ROTATION_TOLERANCE`` they are no rotation, and all elements are NaN: this stands on
-        the nodes' path, which answers NaN for a set-point it cannot use and never raises.
+        float32 leaves an error of about 1e-7 in o and a. Beyond ``WIRE_ROTATION_TOLERANCE`` they
+        do not define a rotation, and all elements are NaN: on the nodes' path an unusable set-point
+        gives NaN and never raises.
         """
         ox, oy, oz = o
         ax, ay, az = a
@@ -150,7 +150,7 @@ class Transform(NamedTuple):
         )
 
     def inverse(self) -> "Transform":
-        """The reverse relationship (2.3); exact for rigid transforms only."""
+        """The inverse (2.3); exact for rigid transforms only."""
         nx, ox, ax, px, ny, oy, ay, py, nz, oz, az, pz = self
         return _new(
             Transform,
@@ -162,7 +162,7 @@ class Transform(NamedTuple):
         )
 
     def apply(self, point: Sequence[float]) -> Vector3:
-        """A point of the inner frame, metres, seen from the outer one."""
+        """A point of the inner frame, metres, in the outer frame."""
         x, y, z = point
         return (
             self.nx * x + self.ox * y + self.ax * z + self.px,
@@ -171,7 +171,7 @@ class Transform(NamedTuple):
         )
 
     def rows(self) -> list[list[float]]:
-        """Three rows [n o a p] of four, as JSON wants them."""
+        """Three rows [n o a p] of four, for JSON."""
         return [list(self[0:4]), list(self[4:8]), list(self[8:12])]
 
     def rigidity_error(self) -> float:
@@ -189,7 +189,7 @@ class Transform(NamedTuple):
         )
 
     def is_rigid(self, tolerance: float = RIGID_TOLERANCE) -> bool:
-        """Whether this is a rotation and a translation, and nothing else."""
+        """Whether this is a rotation and a translation only."""
         return self.rigidity_error() <= tolerance
 
 

@@ -25,7 +25,7 @@ from rfms_can.wire.layout import Layout, bounds, is_scaled
 Record = TypeVar("Record", bound=NamedTuple)
 
 HEADER_SIGNALS: Final = ("e2e_crc", "e2e_counter")
-"""Signals of the end-to-end header: ``protection`` fills them, not the codec."""
+"""Signals of the end-to-end header, filled by ``protection`` and not by the codec."""
 
 HEADER_BYTES: Final = 3
 
@@ -33,9 +33,9 @@ DBC_VARIABLE: Final = "RFMS_DBC"
 
 
 def database_path() -> Path:
-    """Where the DBC lies: beside the installed package, or in the source tree's ``dbc/``.
+    """Path of the DBC: beside the installed package, or in the source tree's ``dbc/``.
 
-    The environment variable ``RFMS_DBC`` names another one.
+    The environment variable ``RFMS_DBC`` overrides it.
     """
     if DBC_VARIABLE in os.environ:
         return Path(os.environ[DBC_VARIABLE])
@@ -51,7 +51,7 @@ def load_database(path: Path | None = None) -> Database:
     """The wire contract as cantools reads it.
 
     Raises:
-        DbcError: the file is missing or is no DBC.
+        DbcError: the file is missing or is not a DBC.
     """
     path = path or database_path()
     try:
@@ -77,13 +77,13 @@ class MessageCodec(Generic[Record]):
     Attributes:
         name: message name in the DBC.
         id: CAN identifier.
-        length: payload length, bytes; no other length is taken.
+        length: payload length, bytes; other lengths are refused.
         data_id: E2E data ID, or None for a message without protection.
-        every: sent every so many control cycles; 0 on event.
+        every: transmission period in control cycles; 0 on event.
         pack_into: ``pack_into(buffer, *values)`` writes everything but the E2E header; raises
             ``EncodeError`` for a value that is not finite or out of range.
-        unpack: ``unpack(data) -> Record | None``; None when a value is out of range or no number.
-            The length must have been checked.
+        unpack: ``unpack(data) -> Record | None``; None when a value is out of range or NaN. The
+            length must have been checked.
     """
 
     name: str
@@ -99,7 +99,7 @@ def compile_message(message: Message, record: type[Record]) -> MessageCodec[Reco
     """Compile one message; ``record``'s fields must be the message's signals, in order.
 
     Raises:
-        DbcError: the record and the DBC disagree, or a signal is of a kind we do not use.
+        DbcError: the record and the DBC disagree, or a signal is of an unsupported kind.
     """
     signals = [s for s in message.signals if s.name not in HEADER_SIGNALS]
     names = tuple(s.name for s in signals)
@@ -111,7 +111,7 @@ def compile_message(message: Message, record: type[Record]) -> MessageCodec[Reco
     attributes = message.dbc.attributes if message.dbc else {}
     protected = "RfmsE2EDataId" in attributes
     if len(message.signals) - len(signals) != (len(HEADER_SIGNALS) if protected else 0):
-        # a data ID lost from the DBC must not switch the check off
+        # a data ID missing in the DBC must not disable the check
         raise DbcError(
             f"{message.name}: signals {' and '.join(HEADER_SIGNALS)} and attribute RfmsE2EDataId "
             "go together; give it all three or none"
@@ -136,7 +136,7 @@ def compile_message(message: Message, record: type[Record]) -> MessageCodec[Reco
 
 
 def _refuser(message: str, signals: list[Signal]) -> Callable[..., None]:
-    """The slow path of packing: find the value that does not fit and say so."""
+    """The slow path of packing: report the value that does not fit."""
 
     def refuse(*values: float) -> None:
         for signal, value in zip(signals, values, strict=True):

@@ -1,4 +1,4 @@
-"""A node's configuration as it crosses the wire: float32 values and the hash that closes them."""
+"""A node's configuration on the wire: float32 values and their hash."""
 
 import binascii
 import struct
@@ -17,5 +17,5 @@ def configuration_hash(values: Mapping[Parameter, float]) -> int:
 
 
 def plant_hash(arm_id: float, period_s: float) -> int:
-    """What the plant's heartbeat tells of it: the arm it carries and the control period, s."""
+    """Configuration hash of the plant: arm id and control period, s."""
     return configuration_hash({Parameter.ARM_ID: arm_id, Parameter.PERIOD: period_s})

@@ -1,4 +1,4 @@
-"""The wire as nodes see it: typed records, enumerations, and senders and receivers of them."""
+"""The wire contract for nodes: typed records, enumerations, and their senders and receivers."""
 
 from collections import Counter
 from pathlib import Path
@@ -34,14 +34,14 @@ from rfms_can.wire.records import (
 )
 
 NO_SET: Final = 0
-"""Set of rows that SYNC names while the master has sent none; no set has this number."""
+"""Row set number in SYNC before the first set; not used by any set."""
 
 LAST_SET: Final = 255
 """Highest number of a set of rows; 1 comes after it."""
 
 COMPLY_BELONGS: Final = 1
 BIAS_BELONGS: Final = 2
-"""Bits of SETPOINT's ``extras``: which frames belong to it beside its poses."""
+"""Bits of SETPOINT's ``extras``: further frames that belong to the set-point."""
 
 MESSAGES: Final[dict[type[NamedTuple], str]] = {
     Estop: "ESTOP",

@@ -1,4 +1,4 @@
-"""A CAN frame: frozen, validated, and nothing else. Every node and every bus speaks in these."""
+"""A CAN frame, immutable and validated, used by every node and every bus."""
 
 from typing import Final
 
@@ -18,12 +18,12 @@ class Frame(msgspec.Struct, frozen=True, gc=False):
     """One data frame with an 11-bit identifier.
 
     Attributes:
-        id: identifier, 0 to 0x7FF; the lower, the more urgent.
+        id: identifier, 0 to 0x7FF; the lower, the higher the priority.
         data: payload; 0 to 8 bytes, or an FD length if ``fd``.
         fd: CAN FD with bit-rate switching (our frames), or classic CAN.
 
     Raises:
-        FrameError: the identifier or the length does not exist on the wire.
+        FrameError: the identifier or the length is invalid.
     """
 
     id: int
@@ -35,4 +35,4 @@ class Frame(msgspec.Struct, frozen=True, gc=False):
             raise FrameError(f"identifier {self.id:#x} is outside 0..0x7ff (11-bit identifiers)")
         if len(self.data) not in (FD_LENGTHS if self.fd else CLASSIC_LENGTHS):
             kind = "CAN FD" if self.fd else "classic CAN"
-            raise FrameError(f"frame {self.id:#05x}: {len(self.data)} bytes is no {kind} length")
+            raise FrameError(f"frame {self.id:#05x}: {len(self.data)} bytes is not a {kind} length")

@@ -1,7 +1,7 @@
-"""How a message's signals lie in its bytes, and the Python text that moves them.
+"""Layout of a message's signals in its bytes, and the generated Python code that packs them.
 
-Signals that begin at a byte and have a size ``struct`` knows are items of one ``struct`` format;
-all others are cut with shifts and masks from little-endian words of whole bytes between them.
+Signals that begin at a byte and have a size supported by ``struct`` are items of one ``struct``
+format; all others are extracted with shifts and masks from little-endian words between them.
 """
 
 import struct
@@ -27,7 +27,7 @@ class Layout:
     """Layout of one message behind its header.
 
     Attributes:
-        offset: bytes of the header, which the layout leaves alone.
+        offset: bytes of the header, which the layout does not contain.
         signals: the signals, in the order of their bits.
         format: ``struct`` format of everything behind the header; gaps are written as zero bits.
     """
@@ -45,7 +45,7 @@ class Layout:
         """Lay out ``signals`` of ``message``.
 
         Raises:
-            DbcError: a signal is of a kind the generated text would move wrongly.
+            DbcError: a signal is of an unsupported kind.
         """
         _require_supported(message.name, signals, offset * 8)
         layout = cls(offset, signals)
@@ -74,7 +74,7 @@ class Layout:
         return 1
 
     def _add_word(self, signals: list[Signal], start: int) -> tuple[int, int]:
-        """Take signals from bit ``start`` until one ends a byte; return their number and bytes."""
+        """Add signals from bit ``start`` until one ends a byte; return their number and bytes."""
         word, parts, count, size = f"_word{len(self._words)}", [], 0, 0
         for count, signal in enumerate(signals, 1):
             shift, mask = signal.start - start, (1 << signal.length) - 1
@@ -94,7 +94,7 @@ class Layout:
         return count, size
 
     def source(self) -> str:
-        """Python text of ``pack_into`` and ``unpack``.
+        """Python source of ``pack_into`` and ``unpack``.
 
         It needs ``_layout`` (the ``struct.Struct`` of ``format``), ``_record``, ``_new``
         (``tuple.__new__``) and ``_refuse`` (raises for the value that does not fit) in its scope.
@@ -102,7 +102,7 @@ class Layout:
         """
         names = ", ".join(s.name for s in self.signals)
         ranges = [(s.name, *bounds(s)) for s in self.signals]
-        # written so that a NaN fails it
+        # written so that a NaN fails the check
         checks = " and ".join(f"{low!r} <= {name} <= {high!r}" for name, low, high in ranges)
         lines = [
             f"def pack_into(_buffer, {names}):",
@@ -124,7 +124,7 @@ def bounds(signal: Signal) -> tuple[float, float]:
     """The least and greatest value of a signal.
 
     Raises:
-        DbcError: it has no range, or a float's bounds are no float32 numbers, so that a value
+        DbcError: it has no range, or a float's bounds are not float32 numbers, so that a value
             inside them could be rounded to one outside.
     """
     low, high = signal.minimum, signal.maximum
@@ -132,7 +132,7 @@ def bounds(signal: Signal) -> tuple[float, float]:
         raise DbcError(f"signal {signal.name} has no range in the DBC; give it [min|max]")
     if signal.is_float and struct.unpack("<2f", struct.pack("<2f", low, high)) != (low, high):
         raise DbcError(
-            f"signal {signal.name}: {low!r}..{high!r} are no float32 numbers; round them"
+            f"signal {signal.name}: {low!r}..{high!r} are not float32 numbers; round them"
         )
     return low, high
 
@@ -143,7 +143,7 @@ def is_scaled(signal: Signal) -> bool:
 
 
 def _require_supported(message: str, signals: list[Signal], free: int) -> None:
-    """Refuse what the generated text would move wrongly; ``free``: first bit behind the header."""
+    """Refuse unsupported signals; ``free`` is the first bit after the header."""
     for signal in signals:
         name = f"{message}.{signal.name}"
         if signal.byte_order != "little_endian":
@@ -158,7 +158,7 @@ def _require_supported(message: str, signals: list[Signal], free: int) -> None:
 
 
 def _holds_range(signal: Signal) -> bool:
-    """Whether the bits of an integer can say every value of its range."""
+    """Whether the bits of an integer can represent every value of its range."""
     least = -(1 << signal.length - 1) if signal.is_signed else 0
     scale, offset = signal.conversion.scale, signal.conversion.offset
     low, high = (round((bound - offset) / scale) for bound in bounds(signal))

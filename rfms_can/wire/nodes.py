@@ -1,4 +1,4 @@
-"""Who is on the bus: node numbers and names."""
+"""Numbers and names of the nodes on the bus."""
 
 from typing import Final
 

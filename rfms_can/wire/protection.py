@@ -1,9 +1,9 @@
-"""End-to-end protection of a stream of frames: AUTOSAR E2E profile 5 and what it refuses.
+"""End-to-end protection of a stream of frames: AUTOSAR E2E profile 5 and its refusals.
 
-A ``Sender`` packs and protects the frames of one identifier, a ``Receiver`` takes them whole or
-not at all and counts what it refused and why (``PROTOCOL`` R0). The CRC and header are the
-library's (``autosar-e2e``); the counter rules are here: equal is a duplicate, up to half the
-range ahead is taken and the gap counted, the rest is an old frame.
+A ``Sender`` packs and protects the frames of one identifier; a ``Receiver`` accepts a frame as a
+whole or refuses it, and counts refusals by reason (``PROTOCOL`` R0). CRC and header are those of
+the library (``autosar-e2e``); the counter rules are here: an equal counter is a duplicate, one up
+to half the range ahead is accepted and the gap counted, any other is an old frame.
 """
 
 from collections import Counter
@@ -20,12 +20,12 @@ _BEFORE_FIRST: Final = 255
 
 
 class Refusal(Enum):
-    """Why a frame was not taken."""
+    """Why a frame was refused."""
 
-    KIND = "no CAN FD frame"
+    KIND = "not a CAN FD frame"
     LENGTH = "wrong length"
     CRC = "wrong CRC"
-    RANGE = "a value out of range or no number"
+    RANGE = "a value out of range or not a number"
     DUPLICATE = "counter unchanged"
     ORDER = "counter went back"
 
@@ -44,7 +44,7 @@ class Sender(Generic[Record]):
         self.reset()
 
     def reset(self) -> None:
-        """Start counting at 0 again, as every sender does when the arm is enabled."""
+        """Restart the counter at 0, as every sender does when the arm is enabled."""
         if self._data_id is not None:
             self._buffer[_COUNTER] = _BEFORE_FIRST
 
@@ -52,7 +52,7 @@ class Sender(Generic[Record]):
         """The next frame of this message; values in the record's order.
 
         Raises:
-            EncodeError: a value does not fit its signal; nothing was counted.
+            EncodeError: a value does not fit its signal; the counter is unchanged.
         """
         buffer = self._buffer
         self._pack_into(buffer, *values)
@@ -62,13 +62,13 @@ class Sender(Generic[Record]):
 
 
 class Decoder(Generic[Record]):
-    """Checks and unpacks the frames of one message; the same frame is unpacked only once.
+    """Checks and unpacks the frames of one message; caches the last result.
 
     Decoding is a pure function of the frame, so nodes of one process may share a decoder; the
     counter is each receiver's own.
 
     Attributes:
-        frame, result: the frame decoded last, and what it held or why it was refused.
+        frame, result: the frame decoded last, and its values or why it was refused.
     """
 
     __slots__ = ("_data_id", "_length", "_unpack", "codec", "frame", "result")
@@ -101,12 +101,13 @@ class Decoder(Generic[Record]):
 
 
 class Receiver(Generic[Record]):
-    """Takes the frames of one message for one node, and counts what it refuses.
+    """Receives the frames of one message for one node, and counts refusals.
 
     Args:
         decoder: checks and unpacks.
         refused: counts refusals by reason; one for all receivers of a node.
-        ordered: whether the counter must go on; not where a new sender must be heard at once.
+        ordered: whether the counter is checked; not where a restarted sender must be accepted
+            immediately.
 
     Attributes:
         lost: frames missed, by gaps of the counter.
@@ -129,13 +130,13 @@ class Receiver(Generic[Record]):
         self.refused: Counter[Refusal] = Counter() if refused is None else refused
 
     def reset(self) -> None:
-        """Take the next frame whatever its counter: a sender started anew."""
+        """Accept the next frame with any counter: the sender may have restarted."""
         self._counter = None
 
     def take(self, frame: Frame) -> Record | None:
         """The frame's values, or None if it is refused (counted)."""
         decoder = self.decoder
-        # what ``decode`` would say, without the call: several nodes hear each frame
+        # ``decode`` inlined for the cached result: several nodes receive each frame
         values = decoder.result if frame is decoder.frame else decoder.decode(frame)
         if values.__class__ is Refusal:
             self.refused[values] += 1

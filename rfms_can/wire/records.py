@@ -138,7 +138,7 @@ class JointError(NamedTuple):
 
 
 class Dac(NamedTuple):
-    """What a node writes to its board."""
+    """DAC codes of a node for its board."""
 
     current_dac: int
     force_dac: int
@@ -178,7 +178,7 @@ class Config(NamedTuple):
 
 
 class ConfigAck(NamedTuple):
-    """What a node took."""
+    """A node's answer to a parameter."""
 
     parameter: int
     status: int
@@ -187,7 +187,7 @@ class ConfigAck(NamedTuple):
 
 
 class Heartbeat(NamedTuple):
-    """A node is alive, and how it is."""
+    """Heartbeat: state and health of a node."""
 
     state: int
     register: int

@@ -27,7 +27,7 @@ class Command(IntEnum):
 
 
 class FaultCode(IntEnum):
-    """What went wrong (EMCY)."""
+    """Fault of an emergency message (EMCY)."""
 
     NONE = 0
     LOST_FRAME = 1
@@ -83,7 +83,7 @@ class Blend(IntEnum):
 
 
 class GripperCommand(IntEnum):
-    """What the gripper shall do."""
+    """Command to the gripper."""
 
     HOLD = 0
     OPEN = 1
@@ -132,7 +132,7 @@ class Parameter(IntEnum):
 
 
 class ConfigStatus(IntEnum):
-    """Whether a node took a parameter."""
+    """Whether a node accepted a parameter."""
 
     TAKEN = 0
     UNKNOWN = 1

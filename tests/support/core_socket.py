@@ -1,6 +1,6 @@
 """Sockets that lead straight to a server's core on a bench, and lose messages when told to.
 
-Time passes as the server allows it while somebody waits for a reply; where nothing can come any
+Time passes as the server allows it while a client waits for a reply; where nothing can come any
 more, local time goes on by as much as was waited.
 """
 
@@ -12,7 +12,7 @@ from rfms_can.messages import AnyRequest, Envelope, WaitRequest
 from support.server_bench import SECOND, Bench
 
 CYCLES = 25
-"""Cycles that may pass while somebody waits for a reply, before he looks up."""
+"""Cycles that may pass during one wait for a reply."""
 
 _encode = msgspec.msgpack.Encoder().encode
 _envelope = msgspec.msgpack.Decoder(Envelope).decode

@@ -84,8 +84,10 @@ def _act(way: Way, index: int, action: Action, arm: Arm) -> None:
         way.go(kind, action.joint, index, high, seconds)
         way.go(kind, action.joint, index, low, seconds)
     elif isinstance(action, Burst):
-        there = with_joint(action.pose, action.joint, action.pose[action.joint - 1] + action.way)
-        _, seconds = burst_times(abs(action.way), arm, action.joint)
+        there = with_joint(
+            action.pose, action.joint, action.pose[action.joint - 1] + action.displacement
+        )
+        _, seconds = burst_times(abs(action.displacement), arm, action.joint)
         way.rest(action.pose, REST_S)
         for end in (there, action.pose) * action.times:
             way.go(BURST, action.joint, index, end, 1.3 * seconds)
@@ -144,9 +146,9 @@ def _table(
     per_rad = np.array([drive.counts_per_radian for drive in arm.drives])
     speeds = np.array([arm.board_scale(joint).speed_per_adc_code for joint in range(JOINT_COUNT)])
     dac = np.rint(signs * current)
-    own = np.array([wiring.current_offset for wiring in variant.wiring])
-    slope = np.array([wiring.adc_slope for wiring in variant.wiring])
-    offset = np.array([wiring.adc_offset for wiring in variant.wiring])
+    own = np.array([errors.current_offset for errors in variant.board_errors])
+    slope = np.array([errors.adc_slope for errors in variant.board_errors])
+    offset = np.array([errors.adc_offset for errors in variant.board_errors])
     adc = slope * (dac + own) + offset + noise.normal(0.0, 2.0, dac.shape)
     tachometer = qd / speeds + noise.normal(0.0, 1.5, qd.shape)
     early = np.concatenate((dac[2:], dac[-1:], dac[-1:]))  # a code acts two cycles later

@@ -80,7 +80,7 @@ class Bench:
     # --- one frame --------------------------------------------------------------------------
 
     def sender(self, record: type[NamedTuple], node: int | None = None) -> Sender[Any]:
-        """The sender of a message on behalf of whoever sends it."""
+        """The sender of a message, in place of the node that sends it."""
         key = (record, node)
         if key not in self._senders:
             self._senders[key] = self.wire.sender(record, node)
@@ -100,7 +100,7 @@ class Bench:
         return answers
 
     def command(self, command: Command, argument: int = 0) -> list[Heard]:
-        """NMT to everybody. START lets all counters begin anew, as the master does."""
+        """NMT to all nodes. START resets all counters, as the master does."""
         answers = self.say(Nmt, None, command, 0, argument)
         if command is Command.START:
             for sender in self._senders.values():

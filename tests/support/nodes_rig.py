@@ -63,7 +63,7 @@ class Pump:
         self._fates.clear()
 
     def post(self, frames: Iterable[Frame]) -> None:
-        """Hand frames over, as if somebody had sent them."""
+        """Deliver frames as if another node had sent them."""
         for frame in frames:
             self.sent.append(frame)
             for node in self.nodes:

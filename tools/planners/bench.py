@@ -70,7 +70,7 @@ class Figures:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A planner on a task: its figures, or why there are none."""
+    """A planner on a task: its figures, or the reason why it cannot do it."""
 
     task: str
     planner: str

@@ -2,7 +2,7 @@
 
 Paul, "Manipulator Cartesian path control", IEEE Trans. SMC-9 (1979), and *Robot Manipulators* (MIT
 Press, 1981), chapter 5; described in thesis section III.2. The formulas are recalled, not
-read anew. In short, of a leg from B to C:
+checked against the paper. In short, of a leg from B to C:
 
 * T6 tool = P D(h), where P is B seen from the goal's frame, so that it travels with it. D moves
   along a line and turns twice: by theta about an axis in the x-y plane at psi, which brings the

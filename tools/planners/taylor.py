@@ -1,7 +1,7 @@
 """Taylor's bounded-deviation joint paths: as few knots as keep joint motion near a straight line.
 
 Taylor, "Planning and execution of straight line manipulator trajectories", IBM J. Res. Develop.
-23(4) (1979); thesis section III.2. The formulas are recalled, not read anew. Before the motion, a
+23(4) (1979); thesis section III.2. The formulas are recalled, not checked. Before the motion, a
 line is halved until the hand of the joint angles' midpoint is within a bound of the line's
 midpoint, in position and in rotation. The motion itself runs straight in joint angles from knot to
 knot, and its transitions are parabolas: at knot k, for |t| <= w,

@@ -6,7 +6,7 @@ where the hand is to its goal v = delta x / T, a rotation about one axis at an e
 run at J^-1 v, integrated at the sample rate. Segments meet without transitions: rates step.
 
 *Open loop*, delta x is taken once a segment and every sample adds an error of the order of tau^2:
-the hand drifts. *Closed loop*, it is taken anew each sample with the time that is left.
+the hand drifts. *Closed loop*, it is updated each sample with the remaining time.
 """
 
 from typing import Final

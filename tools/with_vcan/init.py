@@ -92,7 +92,7 @@ def open_line(number: int, terminal: tuple[int, int] | None) -> int:
 
 
 def copy(source: int, line: int) -> None:
-    """Copy a pipe to a serial line until nobody holds the other end."""
+    """Copy a pipe to a serial line until the other end is closed."""
     while data := os.read(source, 65536):
         while data:
             data = data[os.write(line, data) :]

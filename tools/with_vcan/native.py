@@ -18,7 +18,7 @@ def set_up() -> None:
     """Bring ``vcan0`` up with the MTU of CAN FD, through sudo if need be.
 
     Raises:
-        Obstacle: this kernel has no CAN, or nobody lets us set the interface up.
+        Obstacle: this kernel has no CAN, or the interface cannot be set up without permission.
     """
     try:
         socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW).close()

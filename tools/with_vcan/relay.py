@@ -10,7 +10,7 @@ ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Ended(Exception):  # noqa: N818
-    """A signal asks us to end, or nobody reads what we print (SIGPIPE)."""
+    """Termination by a signal, or by a closed output (SIGPIPE)."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
@@ -44,7 +44,7 @@ def relay(targets: dict[int, int], signals: int) -> None:
     """Copy each pipe (key) to its target file until all pipes are closed at the other end.
 
     Raises:
-        Ended: a signal's number came, or a target is a pipe that nobody reads any more.
+        Ended: a signal's number came, or a target is a pipe whose reader has gone.
     """
     with selectors.DefaultSelector() as selector:
         selector.register(signals, selectors.EVENT_READ)

@@ -66,7 +66,7 @@ def find_modules(version: str) -> list[str]:
     """Find the CAN modules and what they depend on, in the order they load.
 
     Raises:
-        Obstacle: there are none for this version of the kernel.
+        Obstacle: no modules exist for this version of the kernel.
     """
     for root in (Path("/usr/lib/uml/modules", version), Path("/lib/modules", version)):
         with suppress(FileNotFoundError):
@@ -90,7 +90,7 @@ def find_room(memory: str) -> str:
     """Find a directory that can hold the memory: a sparse file that is executed from.
 
     Raises:
-        Obstacle: there is none.
+        Obstacle: no directory has room.
     """
     size = int(memory[:-1]) << {"M": 20, "G": 30}[memory[-1]]
     directories = ("/dev/shm", find_shared(), "/var/tmp")
@@ -106,7 +106,7 @@ def find_shared() -> str:
     """Find a directory for temporary files that both kernels see.
 
     Raises:
-        Obstacle: there is none to write in.
+        Obstacle: no directory is writable.
     """
     try:
         directory = tempfile.gettempdir()

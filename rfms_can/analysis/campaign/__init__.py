@@ -1,1 +1,1 @@
-"""Campaigns: one task many times over, with drawn misalignments, under every law."""
+"""Campaigns: one task repeated with random misalignments under every control law."""

@@ -1,4 +1,4 @@
-"""What all runs of a campaign have in common: printed with its table, first line of its file."""
+"""Conditions common to all runs of a campaign: printed with its table, first line of its file."""
 
 import hashlib
 from pathlib import Path
@@ -31,8 +31,8 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             law takes the two numbers above on the arm's inertia at each pose instead of kp and kd.
         compliant_damping: of the directions that comply, 1/s.
         proportional, integral_rate: of the force loop where it is closed, 1 and 1/s.
-        dead_band, touch: errors that are none to it, and what it takes for contact, N and N m.
-        forget_s: time constant with which its integral goes where nothing is felt, s.
+        dead_band, touch: error treated as zero, and contact threshold, N and N m.
+        forget_s: decay time constant of its integral without contact, s.
         stiffness: of the contact, N/m.
         sliding: its coefficient of friction.
         radius, clearance, chamfer: of the peg and the hole, m.
@@ -103,10 +103,10 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
         )
 
     def check(self, others: "Conditions", where: Path) -> None:
-        """Raise where results that were made under others would be mixed with ours.
+        """Refuse to mix results of different conditions.
 
         Raises:
-            RfmsError: they differ; the message says in what.
+            RfmsError: they differ; the message names the difference.
         """
         for name in self.__struct_fields__:
             ours, theirs = getattr(self, name), getattr(others, name)
@@ -117,7 +117,7 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def lines(self) -> list[str]:
-        """For a reader."""
+        """As text."""
 
         def joints(values: tuple[float, ...], digits: int) -> str:
             return ", ".join(f"{value:.{digits}f}" for value in values)
@@ -133,11 +133,11 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             f"K_p {joints(self.kp, 1)} Nm/rad",
             f"K_i {joints(self.ki, 0)} Nm/(rad s)",
             f"K_d {joints(self.kd, 2)} Nms/rad",
-            f"what complies is damped by {self.compliant_damping:g}/s",
+            f"compliant directions are damped by {self.compliant_damping:g}/s",
             f"a closed loop asks for f + {self.proportional:g} e + {self.integral_rate:g}/s ∫e dt; "
-            f"where f is 0, {self.dead_band[0]:g} N and {self.dead_band[3]:g} N m of e are none; "
-            f"in the air, below {self.touch[0]:g} N and {self.touch[3]:g} N m, the integral goes "
-            f"within {self.forget_s:g} s",
+            f"where f is 0, an e within {self.dead_band[0]:g} N and {self.dead_band[3]:g} N m is "
+            f"ignored; without contact, below {self.touch[0]:g} N and {self.touch[3]:g} N m, the "
+            f"integral decays within {self.forget_s:g} s",
         ]
 
 
@@ -145,13 +145,13 @@ def conditions_of(line: bytes, where: Path) -> Conditions:
     """The first line of a file of results.
 
     Raises:
-        RfmsError: it is none.
+        RfmsError: it is not.
     """
     try:
         return msgspec.json.decode(line, type=Conditions)
     except msgspec.DecodeError as error:
         raise RfmsError(
-            f"{where} is no file of a campaign: its first line tells no conditions ({error})"
+            f"{where} is not a campaign file: its first line has no conditions ({error})"
         ) from error
 
 

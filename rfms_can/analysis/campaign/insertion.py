@@ -23,7 +23,7 @@ def insert(job: Job, program: Path) -> Insertion:
     """Run one job.
 
     Args:
-        job: what is asked.
+        job: the job.
         program: the program's file.
 
     Raises:
@@ -38,7 +38,7 @@ def insert(job: Job, program: Path) -> Insertion:
         watched.append(rig)
 
     def is_in() -> bool:
-        """What comes after is not judged: the program is told to end."""
+        """Whether the peg is inserted; the program is then interrupted."""
         rows = watched[0].watch.rows if watched and watched[0].watch else []
         return len(rows) > SETTLED and -rows[-SETTLED].tip.pz >= INSERTED
 

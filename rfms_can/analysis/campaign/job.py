@@ -1,4 +1,4 @@
-"""One run of a campaign: what is asked, and what came of it."""
+"""One run of a campaign: its parameters and its result."""
 
 import math
 import random
@@ -17,11 +17,11 @@ FRICTIONS: Final = ("thesis", "none")
 
 
 class Task(NamedTuple):
-    """How the force is controlled, and how far the hole may be off.
+    """Force loop and largest misalignment of the hole.
 
     Attributes:
         loop: ``open`` or ``closed``.
-        offset_mm, tilt_deg: of the hole, at most.
+        offset_mm, tilt_deg: largest offset and tilt of the hole.
     """
 
     loop: str
@@ -74,7 +74,7 @@ class Group(NamedTuple):
         law: how the arm complies.
         loop: ``open`` or ``closed``.
         friction: friction set of the arm; its servos compensate the same.
-        offset_mm, tilt_deg: how far the hole may be off.
+        offset_mm, tilt_deg: largest offset and tilt of the hole.
     """
 
     law: str
@@ -131,13 +131,13 @@ class Job(NamedTuple):
 
 
 class Insertion(msgspec.Struct, frozen=True):
-    """What came of it.
+    """Result of a run.
 
     Attributes:
         law, loop, friction, offset_mm, tilt_deg, seed: the job.
-        inserted: whether the peg went in all the way, and the program ended well.
+        inserted: whether the peg was fully inserted, and the program ended without an error.
         why: why not, in words.
-        depth: how far it was in, m.
+        depth: of the insertion, m.
         lateral_peak: largest force across the peg of any cycle's mean, N, until it was in.
         lateral_mean: mean of that force over the cycles in contact, N.
         axial_peak: largest force along the peg, likewise, N.
@@ -160,5 +160,5 @@ class Insertion(msgspec.Struct, frozen=True):
 
     @property
     def group(self) -> Group:
-        """What it belongs to."""
+        """Its group."""
         return Group(self.law, self.loop, self.friction, self.offset_mm, self.tilt_deg)

@@ -1,4 +1,4 @@
-"""The file of a campaign's results: conditions, then a line of JSON for each run, as they come."""
+"""The file of a campaign's results: conditions, then a line of JSON for each run."""
 
 import os
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ _DECODER = msgspec.json.Decoder(Insertion)
 
 
 class Results:
-    """What has been run, in a file or, without one, for this once.
+    """Results of the runs, in a file or, without one, in memory only.
 
     Raises:
         RfmsError: the file's runs were made under other conditions, or it cannot be read or
@@ -37,7 +37,7 @@ class Results:
             raise RfmsError(f"results {file}: {error.strerror}") from error
 
     def add(self, run: Insertion) -> None:
-        """Another run; it is on the disk when this returns."""
+        """Add a run; it is on the disk when this returns."""
         self.runs.append(run)
         if self._file is not None:
             with self._file.open("ab") as file:
@@ -49,14 +49,14 @@ def read(file: Path) -> tuple[Conditions, list[Insertion]]:
 
     Raises:
         OSError: it cannot be read.
-        RfmsError: it is no such file.
+        RfmsError: it is not a campaign file.
     """
     first, *lines = file.read_bytes().split(b"\n")
     return conditions_of(first, file), list(_runs(lines, file))
 
 
 def _end_with_a_line(file: Path) -> None:
-    """Drop a line that an interruption has cut off: that run is made again."""
+    """Drop a truncated last line after an interruption: that run is repeated."""
     whole = file.read_bytes().rfind(b"\n") + 1
     os.truncate(file, whole)
 
@@ -66,4 +66,4 @@ def _runs(lines: list[bytes], file: Path) -> Iterator[Insertion]:
         try:
             yield _DECODER.decode(line)
         except msgspec.DecodeError as error:
-            raise RfmsError(f"{file}, line {number} is no run of a campaign: {error}") from error
+            raise RfmsError(f"{file}, line {number} is not a campaign run: {error}") from error

@@ -1,4 +1,4 @@
-"""Many jobs on the cores of this machine; what has been run is not run again."""
+"""Runs jobs on the processors of this machine; finished runs are not repeated."""
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -27,11 +27,11 @@ def run_all(
     """Run what has not been run yet.
 
     Args:
-        jobs: all there are.
+        jobs: all jobs.
         program: the program's file.
-        results: of earlier calls, and to be added to.
-        processes: that run them side by side.
-        done: told of each result, of earlier calls as well.
+        results: of earlier calls; new ones are added.
+        processes: number of parallel processes.
+        done: called with each result, also of earlier calls.
 
     Returns:
         One result for each job, in their order.

@@ -1,4 +1,4 @@
-"""What a campaign amounts to: one row for each law, loop and friction."""
+"""Summary of a campaign: one row for each law, loop and friction."""
 
 from collections.abc import Sequence
 from statistics import fmean, median

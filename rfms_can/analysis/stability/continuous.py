@@ -45,7 +45,7 @@ def poles(loop: Loop) -> Poles:
 
 
 def growth(values: Poles) -> float:
-    """Largest real part, 1/s; 0 where it is no more than rounding."""
+    """Largest real part, 1/s; 0 within rounding."""
     largest = float(values.real.max())
     return 0.0 if abs(largest) <= ROUNDING * float(np.abs(values).max(initial=1.0)) else largest
 

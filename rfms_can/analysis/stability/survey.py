@@ -18,29 +18,29 @@ Advance = Callable[[], None]
 
 
 class Survey(NamedTuple):
-    """The answers, in the order of the poses."""
+    """The analyses, in the order of the poses."""
 
     study: Study
     analyses: tuple[Analysis, ...]
 
     @property
     def unstable(self) -> int:
-        """At how many poses the continuous loop is unstable."""
+        """Number of poses at which the continuous loop is unstable."""
         return sum(a.verdict is Verdict.UNSTABLE for a in self.analyses)
 
     @property
     def unstable_sampled(self) -> int:
-        """At how many poses the loop on the bus is unstable."""
+        """Number of poses at which the sampled loop is unstable."""
         return sum(not a.sampled_stable for a in self.analyses)
 
     @property
     def drifting(self) -> int:
-        """At how many poses a push goes on for ever, and nothing grows."""
+        """Number of poses at which a disturbance neither grows nor decays."""
         return sum(a.on_the_bus is Verdict.DRIFTS for a in self.analyses)
 
     @property
     def conflicting(self) -> int:
-        """At how many poses C_theta was damped."""
+        """Number of poses at which C_theta was damped."""
         return sum(bool(a.conflicts) for a in self.analyses)
 
     @property
@@ -65,7 +65,7 @@ class Grid(NamedTuple):
 
 
 def survey(study: Study, poses: Iterable[Pose], advance: Advance = lambda: None) -> Survey:
-    """Ask at every pose; ``advance`` is called after each."""
+    """Analyse every pose; ``advance`` is called after each."""
     analyst, found = Analyst(study), []
     for q in poses:
         found.append(analyst.analyse(q))
@@ -119,7 +119,7 @@ def path_poses(path: Path, arm: Arm) -> tuple[Pose, ...]:
     """Poses of a file: six angles a line, rad, apart by blanks or commas; # begins a comment.
 
     Raises:
-        RfmsError: the file cannot be read, or a line is no pose of the arm.
+        RfmsError: the file cannot be read, or a line is not a pose of the arm.
     """
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -150,7 +150,7 @@ def _pose(words: Sequence[str], arm: Arm, where: str) -> Pose:
     except ValueError:
         q = ()
     if len(q) != JOINT_COUNT:
-        raise RfmsError(f"{where}: {' '.join(words)!r} is no pose: give six angles in rad")
+        raise RfmsError(f"{where}: {' '.join(words)!r} is not a pose: give six angles in rad")
     for joint, (angle, (lower, upper)) in enumerate(zip(q, arm.joint_limits, strict=True), 1):
         if not lower <= angle <= upper:  # also NaN
             raise RfmsError(

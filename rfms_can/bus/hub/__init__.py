@@ -1,1 +1,1 @@
-"""The hub: the bus as a server on a Unix socket, where processes meet without CAN in the kernel."""
+"""The hub: a bus server on a Unix socket, for processes on a kernel without CAN."""

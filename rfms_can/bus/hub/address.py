@@ -1,10 +1,10 @@
-"""Where a hub lives: a directory of its owner with a socket in it (``rendezvous.py``)."""
+"""Address of a hub: a socket in a private directory of its owner (``rendezvous.py``)."""
 
 from pathlib import Path
 from typing import IO, Final
 
 from rfms_can.errors import BusError
-from rfms_can.link.rendezvous import NAME, Rendezvous, living
+from rfms_can.link.rendezvous import NAME, Rendezvous, running_names
 
 HUB_NAME: Final = NAME
 SOCKET_FILE: Final = "socket"
@@ -15,16 +15,16 @@ def hub_directory(name: str) -> Path:
     """The directory of a hub, which need not exist.
 
     Raises:
-        BusError: a name that is none.
+        BusError: the name is invalid.
     """
     return Rendezvous(_WHAT, name, BusError).directory
 
 
 def claim(name: str) -> tuple[Path, IO[bytes]]:
-    """Make the name ours: the path to bind, free of stale sockets, and the lock to keep open.
+    """Claim the name: the path to bind, free of stale sockets, and the lock to keep open.
 
     Raises:
-        BusError: a hub of that name is alive, or the directory belongs to somebody else.
+        BusError: a hub of that name is running, or the directory belongs to another user.
     """
     place = Rendezvous(_WHAT, name, BusError)
     lock = place.claim()
@@ -34,11 +34,11 @@ def claim(name: str) -> tuple[Path, IO[bytes]]:
 
 
 def release(path: Path, lock: IO[bytes]) -> None:
-    """Take the socket away and free the lock; its file stays, for who may be opening it now."""
+    """Remove the socket and release the lock; its file stays, another process may be opening it."""
     path.unlink(missing_ok=True)
     lock.close()
 
 
 def live_hubs() -> list[str]:
     """Names of this user's hubs that are running."""
-    return living(_WHAT)
+    return running_names(_WHAT)

@@ -1,4 +1,4 @@
-"""One client as the hub sees it: what it wants to hear, and what waits for it."""
+"""One client of the hub: its subscription and its queue."""
 
 import socket
 from collections import deque
@@ -7,7 +7,7 @@ from typing import Final
 from rfms_can.bus.hub.protocol import MAX_FRAMES_PER_PACKET
 
 MAX_BACKLOG: Final = 1024
-"""Frames the hub keeps for a client that does not read, beyond what its socket holds."""
+"""Frames the hub queues for a client that does not read, in addition to its socket's buffer."""
 
 
 class HubClient:
@@ -16,14 +16,14 @@ class HubClient:
     Attributes:
         socket: the connection, non-blocking.
         name: from its hello; empty until then.
-        ids: identifiers it hears; None for all.
-        echo: whether it hears its own frames.
-        batch: whether it takes several frames in one packet.
+        ids: identifiers it receives; None for all.
+        echo: whether it receives its own frames.
+        batch: whether it accepts several frames in one packet.
         outbox: frames of this round.
-        backlog: frames its socket had no room for.
+        backlog: frames queued because its socket's buffer was full.
         sent: frames it sent.
         overflow: frames dropped because its backlog was full.
-        malformed: packets of it that were no frames.
+        malformed: invalid packets it sent.
     """
 
     __slots__ = (
@@ -77,7 +77,7 @@ class HubClient:
         return self.drain()
 
     def drain(self) -> bool:
-        """Send what the socket has room for; True if a backlog remains.
+        """Send as much of the backlog as fits in the socket's buffer; True if a backlog remains.
 
         Raises:
             OSError: the client has gone.

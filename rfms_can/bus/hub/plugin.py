@@ -1,4 +1,4 @@
-"""python-can's way onto a hub: ``can.Bus(interface="rfms", channel="NAME")``.
+"""The hub as an interface of python-can: ``can.Bus(interface="rfms", channel="NAME")``.
 
 With it candump-like tools attach where the kernel has no CAN::
 
@@ -24,10 +24,10 @@ class HubBus(can.BusABC):
 
     Args:
         channel: the hub's name.
-        receive_own_messages: whether to hear what this bus sends.
+        receive_own_messages: whether to receive the messages of this bus object.
         can_filters: see ``can.BusABC.set_filters``; applied in software.
-        kwargs: what python-can passes to any interface (``fd``, ``bitrate``, ...): the hub
-            decides these.
+        kwargs: python-can's arguments of any interface (``fd``, ``bitrate``, ...), which the hub
+            determines.
 
     Raises:
         can.CanInitializationError: no hub of that name is running.

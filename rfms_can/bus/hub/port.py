@@ -1,4 +1,4 @@
-"""A port on a hub: what nodes and the python-can plugin use to reach it."""
+"""A port on a hub, for nodes and the python-can plugin."""
 
 import os
 import socket
@@ -26,19 +26,19 @@ class HubPort:
 
     Args:
         name: the hub's name.
-        accepts: identifiers to hear; None for all.
+        accepts: identifiers to receive; None for all.
         client: this port's name in the hub's statistics.
-        echo: whether to hear own frames.
+        echo: whether to receive own frames.
         batch: whether several frames may come in one packet; without, ``fileno`` is readable
             whenever ``recv`` has something.
-        on_foreign: called for each frame that is none for nodes.
+        on_foreign: called for each frame other than a data frame with an 11-bit identifier.
 
     Attributes:
         statistics: counts, see ``Port``.
         timing: the hub's bit rates.
 
     Raises:
-        BusError: no hub of that name is running, or it does not take this client.
+        BusError: no hub of that name is running, or it refuses this client.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class HubPort:
         return BusTiming(welcome.nominal_bit_rate, welcome.data_bit_rate)
 
     def send(self, frames: Sequence[Frame]) -> None:
-        """Send frames in one packet, or in as many as it takes."""
+        """Send frames in one packet, or in several if they do not fit."""
         if len(frames) > MAX_FRAMES_PER_PACKET:
             self.send(frames[:MAX_FRAMES_PER_PACKET])
             self.send(frames[MAX_FRAMES_PER_PACKET:])

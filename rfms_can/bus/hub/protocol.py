@@ -1,10 +1,10 @@
-"""What a hub and its clients say to each other on a Unix SOCK_SEQPACKET socket.
+"""Protocol of a hub and its clients on a Unix SOCK_SEQPACKET socket.
 
 1. The client sends one ``Hello``, the hub answers with one ``Welcome`` (JSON). From then on the
-   client hears the bus: what it sends after the welcome finds everybody attached who was welcomed
-   before.
+   client receives the traffic: a frame it sends after its welcome reaches all clients that were
+   welcomed before.
 2. Every further packet, either way, is one frame or several, each a ``struct canfd_frame`` of 72
-   bytes (``canfd_struct``). A client that cannot take several asks for one a packet.
+   bytes (``canfd_struct``). A client that cannot handle several requests one per packet.
 """
 
 from typing import Final
@@ -24,9 +24,9 @@ class Hello(msgspec.Struct, forbid_unknown_fields=True):
 
     Attributes:
         client: its name in the hub's statistics.
-        ids: identifiers it wants to hear; None for every frame, extended and remote ones too.
-        echo: whether it hears its own frames.
-        batch: whether it takes several frames in one packet.
+        ids: identifiers to receive; None for every frame, extended and remote ones too.
+        echo: whether to receive its own frames.
+        batch: whether it accepts several frames in one packet.
         version: of this protocol.
     """
 
@@ -41,9 +41,9 @@ class Welcome(msgspec.Struct, forbid_unknown_fields=True):
     """The hub's answer.
 
     Attributes:
-        nominal_bit_rate: of the bus it stands for, bit/s.
+        nominal_bit_rate: of the emulated bus, bit/s.
         data_bit_rate: bit/s; None for a classic bus.
-        refused: why the client is not taken; empty if it is.
+        refused: why the client is refused; empty if it is accepted.
     """
 
     nominal_bit_rate: int

@@ -1,12 +1,11 @@
 """The hub: one CAN bus for many processes, where the kernel has none.
 
-A single-threaded loop takes one packet from every client that has one, lets the frames of this
-round compete by identifier as controllers would on an idle bus, and hands each client what it
-wants to hear of them in one packet. The hub has no clock of its own: frames travel as fast as the
-processes exchange them; their worst-case bit times add up to the virtual time that load figures
-are made of.
+A single-threaded loop takes one packet from every client that has one, arbitrates the frames of
+this round by identifier as on an idle bus, and sends each client the frames it subscribed to in one
+packet. The hub has no clock of its own: frames travel as fast as the processes exchange them; their
+worst-case bit times add up to the virtual time on which load figures are based.
 
-What it does not do: wait for a frame's bit time, error frames, error counters and bus-off (see
+Not modelled: the duration of a frame, error frames, error counters and bus-off (see
 ``simulated.py``), time stamps.
 """
 
@@ -40,17 +39,17 @@ class Hub:
     """A hub that listens from its construction on; ``run`` serves until ``stop``.
 
     Args:
-        name: what clients call it.
-        timing: bit rates of the bus it stands for.
+        name: of the hub.
+        timing: bit rates of the emulated bus.
 
     Attributes:
         name: as given.
         timing: as given.
         statistics: of all frames; times are virtual.
-        clients: those connected, and welcomed or about to be.
+        clients: connected clients, welcomed or about to be.
 
     Raises:
-        BusError: the name is taken or is none.
+        BusError: the name is taken or invalid.
     """
 
     def __init__(self, name: str, timing: BusTiming | None = None) -> None:
@@ -79,7 +78,7 @@ class Hub:
         self._wake.send(b"x")
 
     def close(self) -> None:
-        """Disconnect everybody and free the name."""
+        """Disconnect all clients and release the name."""
         for client in self.clients.values():
             client.socket.close()
         self.clients.clear()
@@ -109,7 +108,7 @@ class Hub:
                 self._arbitrate(round_)
 
     def _read(self, client: HubClient, round_: list[Competitor]) -> None:
-        """Take one packet of a client into this round."""
+        """Read one packet of a client into this round."""
         try:
             packet = client.socket.recv(MAX_HELLO_BYTES)
         except BlockingIOError:
@@ -136,7 +135,7 @@ class Hub:
         round_.append((can_id, client, frame, bus_time_ns))
 
     def _arbitrate(self, round_: list[Competitor]) -> None:
-        """Put the frames of a round in order of identifier and hand them out."""
+        """Sort the frames of a round by identifier and distribute them."""
         if len(round_) > 1:
             round_.sort(key=_by_identifier)
         routes, count_frame = self._routes, self.statistics.count_frame
@@ -154,7 +153,7 @@ class Hub:
             self._flush(client)
 
     def _route(self, can_id: int) -> tuple[HubClient, ...]:
-        """Who hears an identifier; remembered until somebody comes or goes."""
+        """Subscribers of an identifier; cached until a client connects or disconnects."""
         route = tuple(
             client
             for client in self.clients.values()
@@ -183,7 +182,7 @@ class Hub:
         try:
             connection, _ = self._listener.accept()
         except OSError:
-            return  # gave up before it was its turn
+            return  # the client disconnected before it was accepted
         connection.setblocking(False)
         self.clients[connection.fileno()] = HubClient(connection)
         self._epoll.register(connection, select.EPOLLIN)
@@ -194,7 +193,7 @@ class Hub:
         try:
             hello = msgspec.json.decode(packet, type=Hello)
         except msgspec.DecodeError as error:
-            refused = f"its hello is none: {error}"
+            refused = f"its hello is invalid: {error}"
         else:
             if hello.version != VERSION:
                 refused = f"it speaks version {hello.version}, this hub {VERSION}"
@@ -217,7 +216,7 @@ class Hub:
 
 
 def _bus_times(timing: BusTiming) -> dict[int, int]:
-    """Worst-case bus time, ns, by format flag and length; what is not in it is no frame here."""
+    """Worst-case bus time, ns, by format flag and length; all other combinations are invalid."""
     times = {length: timing.worst_case_ns(length, fd=False) for length in CLASSIC_LENGTHS}
     if timing.data_bit_rate is not None:
         for length in FD_LENGTHS:
@@ -234,7 +233,7 @@ def serve(
     """Run a hub in this process until one of the signals; its statistics.
 
     Raises:
-        BusError: the name is taken or is none.
+        BusError: the name is taken or invalid.
     """
     hub = Hub(name, timing)
     previous = {number: signal.signal(number, lambda *_: hub.stop()) for number in stop_signals}

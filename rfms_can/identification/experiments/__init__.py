@@ -1,1 +1,1 @@
-"""Experiments on the bus, before a servo may close and after, and the data they leave."""
+"""Experiments on the bus: the wiring probe before servoing, the excitation motions, their data."""

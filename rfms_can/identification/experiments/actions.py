@@ -1,7 +1,7 @@
-"""What an arm does in an experiment, and the program that makes it do so.
+"""Motions of an experiment, and its program.
 
-A program like any other: positions from the kinematics alone, moves planned and refused by the
-master. It marks the cycles of each motion, so that an analysis knows what the frames belong to.
+An ordinary program: positions from the kinematics, moves planned or refused by the master. It marks
+the cycles of each motion, so that an analysis can assign the frames.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ BURST: Final = "burst"
 TOUR: Final = "tour"
 
 TRANSIT_SPEED: Final = 0.95
-"""Fraction of the joints' speed limits on the way to where an experiment begins."""
+"""Fraction of the joints' speed limits on the way to the start of an experiment."""
 TRANSIT_ACCELERATION_S: Final = 0.3
 SWEEP_ACCELERATION_S: Final = 0.12
 RISE: Final = 1.875
@@ -32,12 +32,12 @@ EASE: Final = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Constant speed to and fro, of one joint.
+    """Constant speed of one joint, in both directions.
 
     Attributes:
         joint: 1 to 6.
         pose: of the others, rad (6).
-        lower, upper: where the joint turns round, rad.
+        lower, upper: reversal points, rad.
         speed: rad/s.
     """
 
@@ -50,29 +50,29 @@ class Sweep:
 
 @dataclass(frozen=True, slots=True)
 class Creep(Sweep):
-    """A sweep so short and slow that it shows how the joint breaks away, and little else."""
+    """A sweep short and slow enough to show the breakaway of the joint."""
 
 
 @dataclass(frozen=True, slots=True)
 class Burst:
-    """To and fro as fast as the limits let one joint accelerate.
+    """Motion of one joint in both directions at its acceleration limit.
 
     Attributes:
         joint: 1 to 6.
-        pose: where it begins, rad (6).
-        way: rad; signed.
-        times: to and fro.
+        pose: initial pose, rad (6).
+        displacement: of the joint, rad; signed.
+        times: number of repetitions, there and back.
     """
 
     joint: int
     pose: Pose
-    way: float
+    displacement: float
     times: int = 2
 
 
 @dataclass(frozen=True, slots=True)
 class Tour:
-    """All joints at once, from place to place.
+    """All joints at once, from pose to pose.
 
     Attributes:
         places: rad (6 each).
@@ -96,7 +96,7 @@ class Mark:
         kind: of the action.
         joint: that moves, 1 to 6; 0 for all.
         action: index in the experiment.
-        start, stop: control cycles since enable, the first of it and the first after it.
+        start, stop: control cycles since enable, [start, stop).
     """
 
     kind: str
@@ -107,7 +107,7 @@ class Mark:
 
 
 class Stage:
-    """Moves an arm by joint angles, and marks when.
+    """Moves an arm by joint angles, and marks the cycles.
 
     Args:
         arm: the program's.
@@ -139,7 +139,7 @@ class Stage:
         )
 
     def transit(self, pose: Sequence[float]) -> None:
-        """To where an experiment begins."""
+        """Move to the start of an experiment."""
         self.go(pose, TRANSIT_ACCELERATION_S, joint_speed=TRANSIT_SPEED)
 
     def mark(self, kind: str, joint: int, action: int, motion: Callable[[], None]) -> None:
@@ -173,7 +173,7 @@ class Stage:
 
 
 def program_of(actions: Sequence[Action], data: ArmData, marks: list[Mark]) -> Program:
-    """The program of an experiment; ``marks`` is filled as it goes on."""
+    """The program of an experiment; it appends to ``marks`` while it runs."""
 
     def program(arm: Arm) -> None:
         stage = Stage(arm, data)
@@ -193,7 +193,7 @@ def program_of(actions: Sequence[Action], data: ArmData, marks: list[Mark]) -> P
 
 
 def with_joint(pose: Pose, joint: int, angle: float) -> Pose:
-    """The pose with one joint (1 to 6) elsewhere."""
+    """The pose with the angle of one joint (1 to 6) replaced."""
     angles = list(pose)
     angles[joint - 1] = angle
     return tuple(angles)  # type: ignore[return-value]
@@ -215,9 +215,12 @@ def _sweep(stage: Stage, index: int, sweep: Sweep) -> None:
 
 def _burst(stage: Stage, index: int, burst: Burst, data: ArmData) -> None:
     i = burst.joint - 1
-    here, there = burst.pose, with_joint(burst.pose, burst.joint, burst.pose[i] + burst.way)
+    here, there = (
+        burst.pose,
+        with_joint(burst.pose, burst.joint, burst.pose[i] + burst.displacement),
+    )
     stage.transit(here)
-    acceleration, segment = burst_times(abs(burst.way), data, burst.joint)
+    acceleration, segment = burst_times(abs(burst.displacement), data, burst.joint)
     for end in (there, here) * burst.times:
         stage.mark(
             BURST,
@@ -227,14 +230,14 @@ def _burst(stage: Stage, index: int, burst: Burst, data: ArmData) -> None:
         )
 
 
-def burst_times(way: float, data: ArmData, joint: int) -> tuple[float, float]:
-    """t_acc and t_seg, s, of a burst over ``way`` (rad): at the limits or just below."""
+def burst_times(distance: float, data: ArmData, joint: int) -> tuple[float, float]:
+    """t_acc and t_seg, s, of a burst over ``distance`` (rad): at the limits or just below."""
     speed = EASE * data.speed_limits[joint - 1]
     acceleration = EASE * data.acceleration_limits[joint - 1]
     to_speed = RISE * speed / acceleration
-    segment = way / speed + to_speed / 2.0
-    if way < speed * to_speed:
-        segment = (2.0 * RISE * way / acceleration) ** 0.5
+    segment = distance / speed + to_speed / 2.0
+    if distance < speed * to_speed:
+        segment = (2.0 * RISE * distance / acceleration) ** 0.5
     return max(to_speed / 2.0, 0.04), max(segment, 0.16)
 
 

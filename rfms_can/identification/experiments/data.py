@@ -1,4 +1,4 @@
-"""An experiment's data on disk: one file, written whole when the experiment is over."""
+"""An experiment's data on disk: one file, written atomically after the experiment."""
 
 import hashlib
 import json
@@ -24,14 +24,14 @@ class DataError(RfmsError):
 
 
 class Data(NamedTuple):
-    """What an experiment brought.
+    """Data of an experiment.
 
     Attributes:
         table: (cycles, 4, 6): counts, current ADC, velocity ADC, DAC.
         zero_counts: encoder counts at joint angle 0, from homing (6).
         marks: of its motions.
         period_s: control period, s.
-        load: whether the known load hung in the hand.
+        load: whether the known load was in the hand.
     """
 
     table: Integers
@@ -42,13 +42,13 @@ class Data(NamedTuple):
 
 
 def fingerprint(experiment: Experiment, settings: RunSettings) -> str:
-    """What makes data those of an experiment: its actions and what it ran on."""
+    """Digest of an experiment: its actions and its settings."""
     what = json.dumps([asdict(experiment), settings.as_dict()], sort_keys=True)
     return hashlib.sha256(what.encode()).hexdigest()[:16]
 
 
 def save(path: Path, data: Data, digest: str) -> None:
-    """Write a file; it is there whole or not at all.
+    """Write a file atomically.
 
     Raises:
         DataError: it cannot be written.
@@ -60,12 +60,12 @@ def save(path: Path, data: Data, digest: str) -> None:
         "period_s": data.period_s,
         "load": data.load,
     }
-    part = path.with_suffix(".part")
+    temporary = path.with_suffix(".part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("wb") as file:
+        with temporary.open("wb") as file:
             np.savez_compressed(file, table=data.table, about=np.array(json.dumps(about)))
-        os.replace(part, path)
+        os.replace(temporary, path)
     except OSError as error:
         raise DataError(f"data {path}: {error.strerror}; name another directory") from error
 
@@ -79,7 +79,7 @@ class _About(msgspec.Struct):
 
 
 def load(path: Path, digest: str) -> Data | None:
-    """Read a file; None if there is none yet.
+    """Read a file; None if it does not exist.
 
     Raises:
         DataError: it is broken, or of another experiment, arm or plant.

@@ -1,8 +1,8 @@
-"""The excitation programs: which joint sweeps or bursts where, without and with the known load.
+"""The excitation motions: sweeps and bursts of each joint, without and with the known load.
 
-Poses come from Table 4.2 and Eq. 4.26 to 4.29 of the thesis as corrected, turned into convention B
-(``dynamics/terms.py``), and moved by up to ``ASIDE`` where a range ends or a pose is singular: what
-is analysed are the angles measured, not those asked for.
+Poses come from Table 4.2 and Eq. 4.26 to 4.29 of the thesis as corrected, converted to convention B
+(``dynamics/terms.py``), and moved by up to ``ASIDE`` at the end of a range or at a singularity: the
+analysis uses the measured angles, not the commanded ones.
 """
 
 import random
@@ -26,7 +26,7 @@ from rfms_can.kinematics import singularity_margins
 
 ASIDE: Final = radians(6.0)
 MARGIN: Final = radians(3.0)
-"""Kept from the end of a joint's range."""
+"""Distance from the end of a joint's range, rad."""
 WRIST: Final = (0.3, -1.2, 0.2)
 """theta4 to theta6, rad, where they do not matter: away from the wrist's singularity."""
 
@@ -45,11 +45,11 @@ SHAPES_D44_DEG: Final = (90.0, 15.0)
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """What runs from one power-up to the next.
+    """Actions from one power-up to the next.
 
     Attributes:
         name: of its data.
-        load: whether the known load hangs in the hand.
+        load: whether the known load is in the hand.
         actions: in order.
     """
 
@@ -71,7 +71,7 @@ def pose_at(arm: Arm, two_deg: float, three_deg: float, wrist: Sequence[float] =
 
 
 def experiments(arm: Arm) -> tuple[Experiment, ...]:
-    """All of them, for an arm; five or six minutes of its time."""
+    """All experiments for an arm; five or six minutes of its time."""
     return (
         Experiment("creep", False, _creeps(arm)),
         Experiment("sweep-1", False, (_sweep(arm, 1, _PARKED, 0.35), _sweep(arm, 1, _PARKED, 0.7))),
@@ -92,7 +92,7 @@ def experiments(arm: Arm) -> tuple[Experiment, ...]:
 
 _PARKED: Final = (-90.0, 30.0)
 _SIDEWAYS: Final = (0.0, radians(90.0), 0.0)
-"""theta5 = 90: what hangs in the hand turns joint 4, and joint 5 as it sweeps."""
+"""theta5 = 90: a load in the hand exerts a torque on joint 4, and on joint 5 as it sweeps."""
 _LEVEL: Final = (radians(90.0), radians(90.0), 0.0)
 """theta4 = theta5 = 90 with a level forearm: the axis of joint 6 is level too."""
 
@@ -107,11 +107,11 @@ def _sweeps(
     bare: tuple[float, float],
     loaded: tuple[float, float],
 ) -> tuple[Experiment, Experiment]:
-    """Sweeps of one joint at two poses, without and with the load; speeds as parts of its limit."""
+    """Sweeps of one joint at two poses, without and with the load; speeds over its limit."""
 
-    def actions(parts: tuple[float, float]) -> tuple[Action, ...]:
-        pairs = zip(shapes, parts, strict=True)
-        return tuple(_sweep(arm, joint, shape, part, wrist) for shape, part in pairs)
+    def actions(fractions: tuple[float, float]) -> tuple[Action, ...]:
+        pairs = zip(shapes, fractions, strict=True)
+        return tuple(_sweep(arm, joint, shape, fraction, wrist) for shape, fraction in pairs)
 
     return (
         Experiment(f"sweep-{joint}", False, actions(bare)),
@@ -120,38 +120,38 @@ def _sweeps(
 
 
 def _sweep(
-    arm: Arm, joint: int, shape: Shape, part: float, wrist: Sequence[float] = WRIST
+    arm: Arm, joint: int, shape: Shape, fraction: float, wrist: Sequence[float] = WRIST
 ) -> Sweep:
-    """A sweep over as much of the range as says what gravity does."""
+    """A sweep over a range large enough to identify the gravity torque."""
     i = joint - 1
     lower, upper = (
         limit + side * MARGIN for limit, side in zip(arm.joint_limits[i], (1.0, -1.0), strict=True)
     )
     middle, half = _TRAVEL[i]
     lower, upper = max(lower, middle - half), min(upper, middle + half)
-    return Sweep(joint, pose_at(arm, *shape, wrist), lower, upper, part * arm.speed_limits[i])
+    return Sweep(joint, pose_at(arm, *shape, wrist), lower, upper, fraction * arm.speed_limits[i])
 
 
 _TRAVEL: Final = ((0.0, 1.0), (1.6, 1.8), (-1.75, 1.85), (0.0, 1.5), (0.0, 1.6), (0.0, 1.5))
-"""Middle and half of what a sweep goes over, rad; under half a turn to either side of a goal."""
+"""Middle and half width of a sweep, rad; less than half a turn to either side of a goal."""
 
 
 def _creeps(arm: Arm) -> tuple[Action, ...]:
-    """Each joint so slowly that the torque rises little between two samples when it breaks away."""
+    """Each joint so slowly that the torque rises little between two samples at breakaway."""
     pose = arm.park
     return tuple(
-        Creep(joint, pose, pose[joint - 1], pose[joint - 1] + CREEP_WAY, CREEP_SPEED)  # type: ignore[arg-type]
+        Creep(joint, pose, pose[joint - 1], pose[joint - 1] + CREEP_DISTANCE, CREEP_SPEED)  # type: ignore[arg-type]
         for joint in range(1, JOINT_COUNT + 1)
     )
 
 
-CREEP_WAY: Final = 0.014
+CREEP_DISTANCE: Final = 0.014
 CREEP_SPEED: Final = 0.008
 """rad and rad/s."""
 
 
 def _stretched(arm: Arm) -> list[Action]:
-    """Joint 1 with the load as far out as the arm reaches: its inertia is the known load."""
+    """Joint 1 with the load at full reach: its inertia is the known quantity."""
     pose = pose_at(arm, -180.0, 90.0, (0.0, 0.2, 0.0))
     return [Burst(1, with_joint(pose, 1, -0.5), 1.0, 3)]
 
@@ -188,7 +188,7 @@ TOUR_ACCELERATION_S: Final = 0.18
 
 
 def _tour(arm: Arm, seed: int, places: int) -> Tour:
-    """Random places around the park pose, far from what is singular."""
+    """Random poses around the park pose, far from singularities."""
     draw = random.Random(seed)
     found: list[Pose] = []
     while len(found) < places:
@@ -206,5 +206,5 @@ def _tour(arm: Arm, seed: int, places: int) -> Tour:
 
 
 def fast_tour(arm: Arm) -> Tour:
-    """What compensations are compared on: places no experiment has been to."""
+    """Motion for the comparison of compensations: poses of no experiment."""
     return _tour(arm, 3, 5)

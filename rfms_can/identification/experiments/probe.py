@@ -1,11 +1,11 @@
-"""Before a servo may close: small torques on one joint at a time, to see which way its wires go.
+"""Wiring check before any servo is closed: small torques on one joint at a time.
 
-A node in the master's place, on a bus whose joint nodes are silent. It sends SYNC and the DAC codes
-of one joint; all others stay braked. A pulse of current in either direction, as weak as will move
-the joint; between pulses the brake is on. What gravity does is the same in both and cancels.
+A node in place of the master, on a bus whose joint nodes are silent. It sends SYNC and the DAC
+codes of one joint; all others stay braked. A current pulse in either direction, as weak as moves
+the joint; between pulses the brake is on. The gravity torque is the same in both and cancels.
 
-Encoder, tachometer and coarse position each say which way the joint went. One that contradicts the
-others is wired backwards; if all contradict the current, the motor is.
+Encoder, tachometer and coarse position each give the direction of the motion. One that contradicts
+the others is reversed; if all contradict the current, the motor is reversed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,27 +22,27 @@ from rfms_can.wire.records import Dac, Measure, Reference, Sync
 from rfms_can.wire.vocabulary import NodeState
 
 FULL_SCALE: Final = 2048
-LEVELS: Final = tuple(round(FULL_SCALE * part / 100.0) for part in range(4, 50, 3))
-"""DAC codes of the pulses, weakest first; the last is the most the probe ever gives."""
+LEVELS: Final = tuple(round(FULL_SCALE * percent / 100.0) for percent in range(4, 50, 3))
+"""DAC codes of the pulses, weakest first; the last is the largest the probe ever applies."""
 PULSE_CYCLES: Final = 15
 REST_CYCLES: Final = 6
 """Between pulses: the plant brakes a joint that has been silent for three cycles."""
-ENOUGH: Final = 0.006
-"""Difference of the ways of two opposite pulses, rad, that tells them apart."""
-TOO_FAR: Final = 0.02
-"""Way, rad, after which a pulse ends at once."""
-AGREE: Final = 0.3
-"""Part of the largest way below which a sensor has not seen the motion."""
+DETECTABLE: Final = 0.006
+"""Difference of the displacements of two opposite pulses, rad, that identifies the directions."""
+MAX_DISPLACEMENT: Final = 0.02
+"""Displacement, rad, after which a pulse is ended immediately."""
+AGREEMENT: Final = 0.3
+"""Fraction of the largest displacement below which a sensor has not measured the motion."""
 
 
 class Finding(NamedTuple):
-    """What the probe saw of one joint.
+    """Result of the probe for one joint.
 
     Attributes:
         joint: 1 to 6.
-        code: of the pulses that moved it, or the most that was given.
-        encoder, tachometer, coarse: the way to where the current drives, less the way to the other
-            side, rad, by each sensor, with the signs and scales of the data sheet.
+        code: of the pulses that moved it, or the largest applied.
+        encoder, tachometer, coarse: displacement in the direction of the current less that in the
+            other direction, rad, by each sensor, with the signs and scales of the data sheet.
     """
 
     joint: int
@@ -53,24 +53,24 @@ class Finding(NamedTuple):
 
     @property
     def problem(self) -> str | None:
-        """What is wrong, in words; None if nothing is."""
-        ways = {
+        """The fault in words, or None."""
+        displacements = {
             "encoder": self.encoder,
             "tachometer": self.tachometer,
             "coarse position": self.coarse,
         }
-        most = max(abs(way) for way in ways.values())
-        part = 100.0 * self.code / FULL_SCALE
-        if most < ENOUGH:
+        largest = max(map(abs, displacements.values()))
+        percent = 100.0 * self.code / FULL_SCALE
+        if largest < DETECTABLE:
             return (
-                f"joint {self.joint} does not move at {part:.0f} % of its current: look at its "
+                f"joint {self.joint} does not move at {percent:.0f} % of its current: check its "
                 f"brake, its load and its motor's wires"
             )
-        unseen = [name for name, way in ways.items() if abs(way) < AGREE * most]
+        unseen = [name for name, d in displacements.items() if abs(d) < AGREEMENT * largest]
         if unseen:
             return f"joint {self.joint}: {' and '.join(unseen)} does not follow the motion"
-        backwards = [name for name, way in ways.items() if way < 0.0]
-        if len(backwards) == len(ways):
+        backwards = [name for name, d in displacements.items() if d < 0.0]
+        if len(backwards) == len(displacements):
             return f"joint {self.joint}: its motor turns backwards: exchange its wires"
         if backwards:
             names = " and ".join(backwards)
@@ -80,7 +80,7 @@ class Finding(NamedTuple):
 
 
 class Probe(Endpoint):
-    """Node 8 while joints are probed.
+    """Node 8 during the probe.
 
     Args:
         arm: the arm on the bus: scales of its boards by the data sheet.
@@ -89,17 +89,17 @@ class Probe(Endpoint):
 
     Attributes:
         findings: of the joints probed so far.
-        done: whether all have been.
-        highest: the largest code that was sent.
-        widest: the largest way any joint went in a pulse, rad, by its coarse position or encoder.
+        done: whether all joints have been probed.
+        largest_code: the largest code sent.
+        largest_displacement: of any joint in a pulse, rad, by its coarse position or encoder.
     """
 
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, period_ns: int) -> None:
         super().__init__(MASTER, wire, boot_id)
         self.findings: list[Finding] = []
         self.done = False
-        self.highest = 0
-        self.widest = 0.0
+        self.largest_code = 0
+        self.largest_displacement = 0.0
         self._arm = arm
         self._period_ns = period_ns
         self._deadline_ns: int | None = 0
@@ -128,7 +128,7 @@ class Probe(Endpoint):
         )
         joint, code = command
         if code is not None:
-            self.highest = max(self.highest, abs(code))
+            self.largest_code = max(self.largest_code, abs(code))
             self._out.append(self._dacs[joint].frame(code, 0, self._cycle & 0xFF))
         if self._cycle % HEARTBEAT_EVERY == 0:
             self._beat(NodeState.HOMING)
@@ -143,7 +143,7 @@ class Probe(Endpoint):
         """Whether every board has answered."""
         return None not in self._measures and None not in self._coarse
 
-    # --- what is done, a cycle at a time: the joint, and its code or silence --------------------
+    # --- the sequence, a cycle at a time: the joint, and its code or None -----------------------
 
     def _all_joints(self) -> Iterator[tuple[int, int | None]]:
         rested = 0
@@ -154,39 +154,41 @@ class Probe(Endpoint):
             yield from self._one_joint(joint)
 
     def _one_joint(self, joint: int) -> Iterator[tuple[int, int | None]]:
-        """Pulses in either direction, stronger until the joint tells them apart."""
+        """Pulses in either direction, stronger until the motion is detected."""
         towards = 1 if self._arm.drives[joint].gear_ratio > 0.0 else -1
         finding = Finding(joint + 1, 0, 0.0, 0.0, 0.0)
         for level in LEVELS:
-            ways: list[tuple[float, float, float]] = []
+            displacements: list[tuple[float, float, float]] = []
             for sign in (towards, -towards):
-                yield from self._pulse(joint, sign * level, ways)
-            encoder, tachometer, coarse = (there - back for there, back in zip(*ways, strict=True))
+                yield from self._pulse(joint, sign * level, displacements)
+            encoder, tachometer, coarse = (
+                there - back for there, back in zip(*displacements, strict=True)
+            )
             finding = Finding(joint + 1, level, encoder, tachometer, coarse)
-            if max(abs(encoder), abs(tachometer), abs(coarse)) >= ENOUGH:
+            if max(abs(encoder), abs(tachometer), abs(coarse)) >= DETECTABLE:
                 break
         self.findings.append(finding)
 
     def _pulse(
-        self, joint: int, code: int, ways: list[tuple[float, float, float]]
+        self, joint: int, code: int, displacements: list[tuple[float, float, float]]
     ) -> Iterator[tuple[int, int | None]]:
-        """One pulse and the rest after it; what each sensor saw of it goes into ``ways``."""
+        """One pulse and the rest after it; appends the displacement by each sensor."""
         scale = self._arm.board_scale(joint)
         per_rad = self._arm.drives[joint].counts_per_radian
         counts, coarse = self._counts(joint), self._coarse[joint] or 0
-        turned = 0.0
+        by_tachometer = 0.0
         for cycle in range(PULSE_CYCLES + REST_CYCLES):
-            way = (self._counts(joint) - counts) / per_rad
-            pulses = cycle < PULSE_CYCLES and abs(way) < TOO_FAR
+            displacement = (self._counts(joint) - counts) / per_rad
+            pulses = cycle < PULSE_CYCLES and abs(displacement) < MAX_DISPLACEMENT
             yield joint, code if pulses else 0 if cycle < PULSE_CYCLES + 1 else None
             measure = self._measures[joint]
             if measure is not None:
                 speed = measure.velocity_adc * scale.speed_per_adc_code
-                turned += speed * self._period_ns * 1e-9
-        way = (self._counts(joint) - counts) / per_rad
+                by_tachometer += speed * self._period_ns * 1e-9
+        by_encoder = (self._counts(joint) - counts) / per_rad
         by_coarse = ((self._coarse[joint] or 0) - coarse) * scale.angle_per_coarse_code
-        self.widest = max(self.widest, abs(way), abs(by_coarse))
-        ways.append((way, turned, by_coarse))
+        self.largest_displacement = max(self.largest_displacement, abs(by_encoder), abs(by_coarse))
+        displacements.append((by_encoder, by_tachometer, by_coarse))
 
     def _counts(self, joint: int) -> int:
         measure = self._measures[joint]

@@ -1,4 +1,4 @@
-"""The probe on a bus: plant and probe alone, before any joint node speaks."""
+"""The probe on a bus: only plant and probe, before any joint node starts."""
 
 import time
 from typing import Final
@@ -17,11 +17,11 @@ from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import PLANT
 
 SILENT_S: Final = 10.0
-"""How long the boards may take to answer the first time."""
+"""Timeout for the first answer of the boards, s."""
 
 
 class WiringError(RfmsError):
-    """A joint whose wires go the wrong way: nothing may be asked of it."""
+    """A joint with wrong wiring, which must not be servoed."""
 
 
 def probe(settings: RunSettings, attach: bool = False) -> Probe:
@@ -32,7 +32,7 @@ def probe(settings: RunSettings, attach: bool = False) -> Probe:
         attach: the boards are on the bus already; on a bus of processes a plant is started if not.
 
     Raises:
-        BusError: the bus is not there, or no board answers.
+        BusError: the bus does not exist, or no board answers.
     """
     wire = Wire()
     node = Probe(settings.the_arm, wire, settings.boot_id(8), settings.master().period_ns)
@@ -70,10 +70,10 @@ def _over_processes(node: Probe, settings: RunSettings, wire: Wire, attach: bool
 
 
 def require_sound(found: Probe) -> None:
-    """Refuse an arm whose wires are wrong.
+    """Refuse an arm with wrong wiring.
 
     Raises:
-        WiringError: naming the joints and what is wrong.
+        WiringError: lists the joints and their faults.
     """
     problems = [finding.problem for finding in found.findings if finding.problem]
     if problems:

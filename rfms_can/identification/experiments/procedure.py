@@ -1,4 +1,4 @@
-"""Runs the experiments one after the other, keeps each one's data, and goes on where it stopped."""
+"""Runs the experiments, saves their data, and resumes after an interruption."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -30,28 +30,28 @@ from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 
 Ask = Callable[[bool], None]
-"""Has somebody hang the known load into the hand (True) or take it off; returns when it is done."""
+"""Prompts the user to attach the known load (True) or to remove it; returns when it is done."""
 
 
 class Watcher(Protocol):
-    """Who is told how far it is."""
+    """Observer of the progress."""
 
     def begin(self, experiment: Experiment) -> None:
-        """An experiment begins: where they run one after the other."""
+        """An experiment begins; only if they run sequentially."""
 
     def cycles(self, session: Session) -> None:
-        """Now and then while it runs, likewise."""
+        """Called periodically while it runs, likewise."""
 
     def end(self, experiment: Experiment, kept: bool) -> None:
-        """Its data are there; ``kept``: they were there before."""
+        """Its data are complete; ``kept``: they are from an earlier run."""
 
 
 UNCOMPENSATED: Final = "none"
-"""Dynamics the master compensates with while nothing is known of the arm."""
+"""Dynamics model of the master during identification."""
 
 
 class Task(NamedTuple):
-    """An experiment, what it runs on, and where its data go."""
+    """An experiment with its settings and the file of its data."""
 
     experiment: Experiment
     settings: RunSettings
@@ -63,9 +63,9 @@ class Task(NamedTuple):
 def tasks_of(
     plan: Sequence[Experiment], settings: RunSettings, directory: Path, attach: bool = False
 ) -> tuple[Task, ...]:
-    """The experiments as tasks. The master compensates nothing, whatever the settings say.
+    """The experiments as tasks. The master compensates no dynamics, whatever the settings say.
 
-    Where the arm is no plant of ours (``attach``), somebody has to hang the load into its hand.
+    With a real arm (``attach``) the user has to attach the load to its hand.
     """
     tasks = []
     for experiment in plan:
@@ -85,19 +85,19 @@ def run_all(
     ask: Ask | None = None,
     interrupted: Callable[[], bool] = lambda: False,
 ) -> Mapping[str, Data]:
-    """The data of all experiments, by name: read where they are there, run where not.
+    """The data of all experiments, by name: read if they exist, otherwise the experiment is run.
 
     Args:
         tasks: the experiments.
-        watcher: is told how far it is.
-        jobs: processes that run simulated ones side by side.
-        ask: for the load, where the arm is no plant of ours.
+        watcher: observer of the progress.
+        jobs: number of processes for simulated experiments.
+        ask: prompts for the load, with a real arm.
         interrupted: whether to end; data of finished experiments are kept.
 
     Raises:
-        DataError: data that are there do not fit.
+        DataError: existing data do not match.
         FaultError: a fault halted an experiment.
-        KeyboardInterrupt: ``interrupted`` said so.
+        KeyboardInterrupt: ``interrupted`` returned True.
     """
     found: dict[str, Data] = {}
     for task in tasks:
@@ -117,7 +117,7 @@ def run_all(
 def _by_itself(
     task: Task, watcher: Watcher, ask: Ask | None, interrupted: Callable[[], bool]
 ) -> Data:
-    """Run an experiment in this process and keep its data."""
+    """Run an experiment in this process and save its data."""
     watcher.begin(task.experiment)
     if ask is not None and task.attach:
         ask(task.experiment.load)
@@ -128,7 +128,7 @@ def _by_itself(
 
 
 LOOK_S: Final = 0.2
-"""How often it is looked for an interrupt while other processes work."""
+"""Period of the check for an interrupt while other processes work, s."""
 
 
 def _side_by_side(
@@ -144,7 +144,9 @@ def _side_by_side(
                     waiting.pop(name).get()
                     data = load(task.path, task.digest)
                     if data is None:
-                        raise DataError(f"data {task.path}: gone as soon as it was written")
+                        raise DataError(
+                            f"data {task.path}: removed while the experiments ran; run them again"
+                        )
                     found[name] = data
                     watcher.end(task.experiment, False)
             if interrupted():
@@ -166,7 +168,7 @@ def run_one(
 ) -> Data:
     """Run an experiment.
 
-    On the simulated bus its frames are tapped as they pass; elsewhere they are recorded beside the
+    On the simulated bus its frames are captured directly; elsewhere they are recorded beside the
     data and read back.
     """
     experiment, settings = task.experiment, task.settings

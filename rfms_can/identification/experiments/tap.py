@@ -1,4 +1,4 @@
-"""What an analysis may know: frames of an enabled arm, cycle by cycle, as a listener hears them."""
+"""Captures the frames of an enabled arm, cycle by cycle, as a bus listener receives them."""
 
 from collections.abc import Callable
 from functools import partial
@@ -18,8 +18,8 @@ Integers = npt.NDArray[np.int32]
 
 FIELDS: Final = 4
 """Counts, current ADC, velocity ADC, DAC."""
-NOTHING_CAME: Final = -(2**31)
-"""What stands where no frame came."""
+MISSING: Final = -(2**31)
+"""Value in place of a missing frame."""
 
 
 class Tap:
@@ -38,7 +38,7 @@ class Tap:
                 self._readers[codec.id] = (Decoder(codec), partial(store, index))
 
     def take(self, _: int, frame: Frame) -> None:
-        """Take a frame, whatever it is."""
+        """Process a frame of any kind."""
         if frame.id == self._sync_id:
             self._begin(self._sync.decode(frame))
             return
@@ -59,7 +59,7 @@ class Tap:
     def _begin(self, sync: object) -> None:
         self._row = None
         if isinstance(sync, Sync) and sync.state == NodeState.OPERATIONAL:
-            self._row, self._low = [NOTHING_CAME] * (FIELDS * len(JOINTS)), sync.cycle & 0xFF
+            self._row, self._low = [MISSING] * (FIELDS * len(JOINTS)), sync.cycle & 0xFF
             self._rows.append(self._row)
 
     def _measure(self, index: int, measure: Measure) -> None:

@@ -1,7 +1,7 @@
-"""The thesis' own configurations, as printed and as corrected, and what they can tell apart.
+"""The thesis' own configurations, as printed and as corrected, and their observability.
 
 Angles are convention A's, in degrees. Table 4.2: two of eight equations are printed with a wrong
-sign. Eq. 4.29: as printed two of six rows say the same, b15 appears in none of them alone, and the
+sign. Eq. 4.29: as printed two of six rows are equal, b15 appears in none of them alone, and the
 six equations have rank 5; corrected they have rank 6.
 """
 
@@ -39,7 +39,7 @@ TABLE_4_2: Final = (
     Configuration(4, (0, -90, 0, 90, 90, 0), {"c50": -1.0}),
 )
 CORRECTED_4_2: Final = {5: (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
-"""Row 6 is then what it says: D2 = c21 + c31. Row 8 is right with + c50 at the printed angles."""
+"""Row 6 is then as printed: D2 = c21 + c31. Row 8 is correct with + c50 at the printed angles."""
 
 Shapes = tuple[tuple[float, float], ...]
 PRINTED_4_29: Final[Shapes] = ((-90, 0), (0, 0), (90, 90), (0, 90), (45, 45), (90, 90))
@@ -48,11 +48,11 @@ BETTER_4_29: Final[Shapes] = (
     *((-90, 30), (30, 225), (-195, 0)),
     *((-165, 135), (-195, 75), (-105, 120)),
 )
-"""theta2, theta3 of the six rows that shall isolate b10 to b15."""
+"""theta2, theta3 of the six rows that are to isolate b10 to b15."""
 
 
 class Observability(NamedTuple):
-    """What a set of equations tells apart.
+    """Observability of the unknowns of a set of equations.
 
     Attributes:
         rank: of the matrix.
@@ -66,7 +66,7 @@ class Observability(NamedTuple):
 
 
 def first_joint(shapes: Shapes) -> Observability:
-    """What D11 at some shapes of the arm says of b10 to b15."""
+    """Observability of b10 to b15 from D11 at some shapes of the arm."""
     names = ("b10", "b11", "b12", "b13", "b14", "b15")
     rows = [
         inertia_row(1, (0.0, radians(two), radians(three), 0.0, 0.0, 0.0)) for two, three in shapes
@@ -78,7 +78,7 @@ def first_joint(shapes: Shapes) -> Observability:
 
 
 def equation_of(configuration: Configuration) -> Row:
-    """The thesis' equation at a row's angles, without c22 and the wrist, which it leaves out."""
+    """The thesis' equation at a row's angles, without c22 and the wrist, which it neglects."""
     angles = [radians(angle) for angle in configuration.angles_deg]
     row = gravity_row(configuration.joint, angles)
     if configuration.joint in (2, 3):

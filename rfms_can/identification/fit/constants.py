@@ -18,7 +18,7 @@ from rfms_can.identification.fit.momentum import Motion, inertia_of
 from rfms_can.identification.fit.windows import Window
 
 LOADED: Final = (1, 2, 3, 4)
-"""Joint indices that gravity turns."""
+"""Joint indices with gravity torque."""
 
 
 class PoseInertia(NamedTuple):
@@ -48,7 +48,7 @@ def gravity_fit(windows: Sequence[Window], laws: Sequence[TorqueLaw]) -> Fit:
 
 
 def net_torque(motion: Motion, law: TorqueLaw, gravity: Mapping[str, float]) -> Floats:
-    """tau_i - D_i along a motion, Nm: friction and gravity taken off.
+    """tau_i - D_i along a motion, Nm, friction subtracted.
 
     A sample's current was held for the period before it: speed and angle are those of its middle.
     """
@@ -70,7 +70,7 @@ def pose_inertias(
     gravity: Mapping[str, float],
     period_s: float,
 ) -> list[PoseInertia]:
-    """Inertia at each pose some joint has burst at; motions of one action stand together."""
+    """Inertia at each pose of a burst; motions of one action are consecutive."""
     found = []
     for _, group in groupby(motions, key=lambda motion: (motion.joint, motion.action)):
         own = list(group)
@@ -84,7 +84,7 @@ def pose_inertias(
 
 
 def inertia_fits(measured: Sequence[PoseInertia]) -> Fit:
-    """Eq. 4.11 over all poses: one fit a joint, put together."""
+    """Eq. 4.11 over all poses: one fit a joint, merged."""
     values: dict[str, float] = {}
     deviations: dict[str, float] = {}
     worst, squares = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Figures of an identification: torque against current as in Fig. 4.1 and 4.2, and what it is for.
+"""Figures of an identification: torque against current as in Fig. 4.1 and 4.2, inertia, tracking.
 
 Raises ``PlotError`` on import where matplotlib is missing.
 """
@@ -40,7 +40,7 @@ def draw(
     out: Path,
     suffix: str = "png",
 ) -> Iterator[Path]:
-    """Write fig_4_1, fig_4_2, inertia, and tracking if it was compared; yields what it wrote."""
+    """Write fig_4_1, fig_4_2, inertia, and tracking if it was compared; yields their paths."""
     current = "motor current, DAC codes, positive towards positive angles"
     yield _one(found).save(out / f"fig_4_1.{suffix}", current)
     yield _all(found).save(out / f"fig_4_2.{suffix}", current)
@@ -53,7 +53,7 @@ def _one(found: Identification) -> Sheet:
     joint = ONE_JOINT + 1
     sheet = Sheet(
         f"Figure 4.1  Torque against motor current, joint {joint}",
-        f"{found.arm.name} · constant speed, viscous friction taken off",
+        f"{found.arm.name} · constant speed, viscous friction subtracted",
         (1, 1),
         (8.0, 5.6),
     )
@@ -80,7 +80,7 @@ def _one(found: Identification) -> Sheet:
 def _all(found: Identification) -> Sheet:
     sheet = Sheet(
         "Figure 4.2  Torque against motor current of six joints",
-        f"{found.arm.name} · joints 2 to 6 turn the known load's weight, joint 1 its inertia",
+        f"{found.arm.name} · joints 2 to 6 carry the known load's weight, joint 1 its inertia",
         (3, 2),
         (11.0, 9.6),
     )
@@ -98,7 +98,7 @@ def _all(found: Identification) -> Sheet:
 
 def _law(axes: Any, torque: TorqueFit) -> list[Any]:
     """Points and lines of both directions, and the region between them."""
-    current, asked, direction = torque.points.T
+    current, required, direction = torque.points.T
     law = torque.law
     ends = np.array([current.min(), current.max()])
     upper = law.slope_negative * ends + law.offset_negative
@@ -107,7 +107,7 @@ def _law(axes: Any, torque: TorqueFit) -> list[Any]:
     handles = []
     for sign, line, color in ((1.0, lower, POSITIVE), (-1.0, upper, NEGATIVE)):
         own = direction == sign
-        axes.plot(current[own], asked[own], ".", markersize=3.5, color=color, zorder=2)
+        axes.plot(current[own], required[own], ".", markersize=3.5, color=color, zorder=2)
         axes.plot(ends, line, color=INK, linewidth=0.7, zorder=3)
         handles.append(axes.plot([], [], "o", markersize=4, color=color)[0])
     axes.axhline(0.0, color=FAINT, linewidth=0.8)
@@ -139,7 +139,7 @@ def _inertia(found: Identification, truth: Calibration) -> Sheet:
 
 def _tracking(runs: Sequence[Tracking]) -> Sheet:
     sheet = Sheet(
-        "What knowing the arm is worth",
+        "Tracking with different compensations",
         "largest error, the same gains",
         (1, 1),
         (9.5, 5.2),

@@ -26,24 +26,24 @@ from rfms_can.identification.fit.static import breakaways
 from rfms_can.identification.fit.torque import (
     KnownLoad,
     TorqueFit,
-    turned_joint,
-    weighed_joint,
+    fit_vertical_joint,
+    fit_weight_loaded_joint,
 )
 from rfms_can.identification.fit.trace import Trace, converter_fits, trace_of
 from rfms_can.identification.fit.windows import Window, windows_of
 
 OFFSET_CODES: Final = 5.0
-"""ADC codes by which an ADC's offset may differ from those of the others unnoticed."""
+"""Largest difference of an ADC's offset from the others, codes, that is not reported."""
 DRAWS: Final = 12
 VALIDATION: Final = "tour-2"
-"""The experiment that no fit sees."""
+"""The experiment excluded from all fits."""
 
 
 def identify(arm: Arm, data: Mapping[str, Data]) -> Identification:
     """Analyse all experiments.
 
     Raises:
-        IdentificationError: the data do not say what is asked of them.
+        IdentificationError: the data do not determine the parameters.
     """
     converters = converter_fits(arm, list(data.values()))
     traces = {name: trace_of(arm, each, converters) for name, each in data.items()}
@@ -81,15 +81,15 @@ def _torques(arm: Arm, traces: Mapping[str, Trace], windows: Sequence[Window]) -
     first = [window for window in windows if window.joint == 0]
     turning = _stretched(traces)
     period_s = next(iter(traces.values())).period_s
-    fits = [turned_joint(first, turning, period_s, known, "torque of joint 1")]
+    fits = [fit_vertical_joint(first, turning, period_s, known, "torque of joint 1")]
     for joint in range(1, JOINT_COUNT):
         own = [window for window in windows if window.joint == joint]
-        fits.append(weighed_joint(own, known, f"torque of joint {joint + 1}"))
+        fits.append(fit_weight_loaded_joint(own, known, f"torque of joint {joint + 1}"))
     return fits
 
 
 def _stretched(traces: Mapping[str, Trace]) -> list[Motion]:
-    """Bursts of joint 1 at the one pose at which it has them with and without the load."""
+    """Bursts of joint 1 at the pose used with and without the load."""
     loaded = [m for t in traces.values() if t.load for m in motions_of(t) if m.joint == 0]
     bare = [m for t in traces.values() if not t.load for m in motions_of(t) if m.joint == 0]
     if not loaded:
@@ -102,33 +102,33 @@ _SAME_POSE: Final = 0.03
 
 
 def _require_possible(laws: Sequence[TorqueLaw]) -> None:
-    """Refuse laws no joint can have.
+    """Refuse laws that are physically impossible.
 
     Raises:
-        IdentificationError: naming the joint and the figure.
+        IdentificationError: names the joint and the value.
     """
     for joint, law in enumerate(laws, start=1):
         for name in ("slope_positive", "slope_negative"):
             if not getattr(law, name) > 0.0:
                 raise IdentificationError(
                     f"joint {joint}: {name} comes out as {getattr(law, name):.4g} Nm a code: the "
-                    f"known load was not in the hand when it should be, or weighs something else"
+                    f"known load was not in the hand when it should be, or has another weight"
                 )
 
 
 def _widened(constants: Fit, torque: Sequence[TorqueFit]) -> Fit:
-    """The fit with deviations that know of the slopes' own: a constant scales with its joint's."""
+    """The fit with deviations that include those of the slopes, with which a constant scales."""
     deviations = {}
     for name, own in constants.deviations.items():
         fit = torque[int(name[1]) - 1].fit
         slopes = ("slope_positive", "slope_negative")
-        part = max(fit.deviations[slope] / fit.values[slope] for slope in slopes)
-        deviations[name] = hypot(own, part * constants.values[name])
+        relative = max(fit.deviations[slope] / fit.values[slope] for slope in slopes)
+        deviations[name] = hypot(own, relative * constants.values[name])
     return constants._replace(deviations=deviations)
 
 
 def _coupling(arm: Arm, links: LinkFit) -> Fit:
-    """D23's constants by the links, and how far they scatter with the links' own spread."""
+    """D23's constants by the links, with the deviations that follow from the links' covariance."""
     values = _couplings(arm, links.parameters, links.armature)
     draw = np.random.default_rng(0)
     drawn = []
@@ -147,20 +147,20 @@ def _couplings(arm: Arm, parameters: Floats, armature: Floats) -> dict[str, floa
 
 def _validated(links: LinkFit, samples: Samples) -> Floats:
     whole = np.concatenate((links.parameters.ravel(), links.armature))
-    left = samples.torque - samples.regressor @ whole
+    residual = samples.torque - samples.regressor @ whole
     moving = samples.moving
     rms = [
         [
             float(np.sqrt(np.mean(values[moving[:, joint], joint] ** 2)))
             for joint in range(JOINT_COUNT)
         ]
-        for values in (samples.torque, left)
+        for values in (samples.torque, residual)
     ]
     return np.array(rms)
 
 
 def _own_currents(converters: Sequence[Fit], arm: Arm) -> list[str]:
-    """Amplifiers that add a current of their own: their ADC's offset is not that of the others."""
+    """Amplifiers with a current offset: their ADC's offset differs from the others."""
     offsets = np.array([fit.values["offset"] for fit in converters])
     usual = float(np.median(offsets))
     notes = []
@@ -169,7 +169,7 @@ def _own_currents(converters: Sequence[Fit], arm: Arm) -> list[str]:
         if abs(offsets[joint] - usual) > OFFSET_CODES:
             notes.append(
                 f"joint {joint + 1} of {arm.name}: a current offset of {codes:+.1f} DAC codes: its "
-                f"ADC reads {offsets[joint]:.1f} at code 0, those of the others {usual:.1f}; its "
-                f"offsets B_p and B_n take it in"
+                f"ADC reads {offsets[joint]:.1f} at code 0, the others {usual:.1f}; its offsets "
+                f"B_p and B_n include it"
             )
     return notes

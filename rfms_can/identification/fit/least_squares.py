@@ -1,4 +1,4 @@
-"""Least squares with names: solution, confidence, conditioning."""
+"""Least squares with named unknowns: solution, deviations, condition."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
@@ -9,11 +9,11 @@ from rfms_can.analysis.cycles import Floats
 from rfms_can.errors import RfmsError
 
 RANK: Final = 1e-9
-"""Part of the largest singular value, columns scaled, below which a direction is not seen."""
+"""Singular value over the largest, columns scaled, below which a direction is unobservable."""
 
 
 class IdentificationError(RfmsError):
-    """The data do not say what is asked of them."""
+    """The data do not determine the parameters."""
 
 
 class Fit(NamedTuple):
@@ -22,7 +22,7 @@ class Fit(NamedTuple):
     Attributes:
         values, deviations: of the unknowns, by name; the latter one standard deviation.
         residual: of the equations, root mean square, in the units of their right sides.
-        equations: how many there are.
+        equations: their number.
         condition: of the matrix, its columns scaled to length 1.
     """
 
@@ -37,8 +37,8 @@ def solve(names: Sequence[str], matrix: Floats, right: Floats, what: str) -> Fit
     """Solve ``matrix`` (n, k) times the unknowns called ``names`` (k) = ``right`` (n).
 
     Raises:
-        IdentificationError: fewer equations than unknowns, or unknowns the equations do not tell
-            apart; the message names them.
+        IdentificationError: fewer equations than unknowns, or unobservable unknowns; the message
+            names them.
     """
     count, unknowns = matrix.shape
     if count < unknowns:
@@ -48,9 +48,9 @@ def solve(names: Sequence[str], matrix: Floats, right: Floats, what: str) -> Fit
     left, singular, right_vectors = np.linalg.svd(matrix / scale, full_matrices=False)
     if singular[-1] <= RANK * singular[0]:
         unseen = np.abs(right_vectors[-1])
-        told = [name for name, part in zip(names, unseen, strict=True) if part > 0.1]
+        involved = [name for name, weight in zip(names, unseen, strict=True) if weight > 0.1]
         raise IdentificationError(
-            f"{what}: the data do not tell apart {', '.join(told)}: "
+            f"{what}: the data do not distinguish {', '.join(involved)}: "
             f"rank {int((singular > RANK * singular[0]).sum())} of {unknowns}"
         )
     solution = right_vectors.T @ ((left.T @ right) / singular) / scale
@@ -67,5 +67,5 @@ def solve(names: Sequence[str], matrix: Floats, right: Floats, what: str) -> Fit
 
 
 def matrix_of(names: Sequence[str], rows: Sequence[Mapping[str, float]]) -> Floats:
-    """Rows by name as a matrix; what a row does not name is zero in it."""
+    """Rows by name as a matrix; missing names are zero."""
     return np.array([[row.get(name, 0.0) for name in names] for row in rows], dtype=np.float64)

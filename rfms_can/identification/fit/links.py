@@ -1,12 +1,12 @@
 """Inertial parameters of all links at once, by the regressor of Newton-Euler (Pinocchio's).
 
-What the thesis could not isolate, the coupling inertias D_ij, is in the torques of motions in which
-several joints accelerate. They are linear in the links' parameters,
+The coupling inertias D_ij, which the thesis could not isolate, act in motions in which several
+joints accelerate. The torques are linear in the links' parameters,
 
     tau = Y(q, qd, qdd) pi + Ia qdd + friction,
 
-and the equations of all motions determine the sums of parameters that torques depend on (base
-parameters). The rest stays where a weak prior puts it: parameters of the size of such an arm.
+and the equations of all motions determine the base parameters, the combinations that torques depend
+on. A weak prior, the size of such an arm's parameters, determines the others.
 """
 
 from collections.abc import Iterable, Sequence
@@ -22,29 +22,29 @@ from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.identification.fit.trace import Trace
 
 HALF: Final = 6
-"""Samples to either side that a derivative is taken from."""
+"""Samples to either side in the window of a derivative."""
 DEGREE: Final = 3
 BLOCK: Final = 8
 """Samples an equation averages over; motions are slower."""
 MOVING: Final = 0.04
-"""Joint speed, as a part of its limit, below which friction may stick: no equation of the joint."""
+"""Joint speed over its limit below which the joint may stick: it then gets no equation."""
 PARAMETERS: Final = 10
 GAUGE_MASS: Final = 1.0
-"""kg: where torques do not tell a link's mass."""
+"""kg: prior mass of a link, where torques do not determine it."""
 PRIOR: Final = np.array([1e-3, *(5.0,) * 3, *(2.0,) * 6])
-"""Size parameters may have: mass about the gauge (kg), its moments (kg m), inertia (kg m2)."""
+"""Standard deviations of the prior: mass (kg), first moments (kg m), inertia (kg m2)."""
 ARMATURE_PRIOR: Final = 5.0
 
 
 class LinkFit(NamedTuple):
-    """Inertial parameters that torques cannot tell from the true ones.
+    """Inertial parameters that give the same torques as the true ones.
 
     Attributes:
         parameters: (6, 10), as ``ArmDynamics.parameters``.
         armature: kg m2 (6).
         residual: of each joint's torque, root mean square, Nm (6).
         equations: of each joint (6).
-        determined: combinations that the data say more of than the prior.
+        determined: number of combinations determined by the data rather than by the prior.
         covariance: of parameters and armature (66, 66).
     """
 
@@ -56,13 +56,13 @@ class LinkFit(NamedTuple):
     covariance: Floats
 
     def drawn(self, draw: np.random.Generator) -> tuple[Floats, Floats]:
-        """Parameters and armature the data do not tell from these, one draw of them."""
+        """One random draw of parameters and armature from their distribution."""
         mean = np.concatenate((self.parameters.ravel(), self.armature))
         eigenvalues, vectors = np.linalg.eigh(self.covariance)
-        wide = np.sqrt(np.clip(eigenvalues, 0.0, None))
-        other = mean + vectors @ (wide * draw.standard_normal(len(mean)))
-        links = other[: PARAMETERS * JOINT_COUNT].reshape(JOINT_COUNT, PARAMETERS)
-        return links, other[PARAMETERS * JOINT_COUNT :]
+        deviations = np.sqrt(np.clip(eigenvalues, 0.0, None))
+        drawn = mean + vectors @ (deviations * draw.standard_normal(len(mean)))
+        links = drawn[: PARAMETERS * JOINT_COUNT].reshape(JOINT_COUNT, PARAMETERS)
+        return links, drawn[PARAMETERS * JOINT_COUNT :]
 
 
 class Samples(NamedTuple):
@@ -70,8 +70,8 @@ class Samples(NamedTuple):
 
     Attributes:
         regressor: of parameters and armature, (n, 6, 66).
-        torque: of the motors, friction taken off, Nm (n, 6).
-        moving: which joints certainly turn (n, 6).
+        torque: of the motors, friction subtracted, Nm (n, 6).
+        moving: which joints certainly move (n, 6).
     """
 
     regressor: Floats
@@ -124,7 +124,7 @@ def samples_of(trace: Trace, arm: Arm, laws: Sequence[TorqueLaw], model: ArmDyna
 
 
 def _driving(current: Floats, qd: Floats, laws: Sequence[TorqueLaw]) -> Floats:
-    """Torque the laws give for current and speed, Nm (n, 6)."""
+    """Torque by the laws for current and speed, Nm (n, 6)."""
     columns = []
     for joint, law in enumerate(laws):
         own, speed = current[:, joint], qd[:, joint]
@@ -139,7 +139,7 @@ def _whole(model: ArmDynamics, q: Floats, qd: Floats, qdd: Floats) -> Floats:
 
 
 def fit_links(samples: Iterable[Samples]) -> LinkFit:
-    """The parameters all samples say, each joint weighted by how well its torque comes out."""
+    """Fit of the parameters to all samples, each joint weighted by its residual."""
     parts = list(samples)
     chosen = [
         (

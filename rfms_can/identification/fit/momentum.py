@@ -5,9 +5,8 @@ While joint i moves alone its inertia is constant, so that
     W(t) = integral of integral of (tau_i - D_i) dt dt = (Ia_i + D_ii) (theta_i(t) - theta_i(0))
 
 for a motion from rest. The thesis sums ``tau(0) + ... + tau(m)`` over m = 0 ... n, which counts
-(n + 1)(n + 2) / 2 samples where n^2 / 2 would be right: too much by 1 + 3/n, 6 % at n = 50. Here
-a torque is held for the period before its sample, so one sum is exact and the second is the
-trapezoid's.
+(n + 1)(n + 2) / 2 samples instead of n^2 / 2: too large by 1 + 3/n, 6 % at n = 50. Here a torque is
+held for the period before its sample, so one sum is exact and the second is the trapezoidal rule.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,13 +20,13 @@ from rfms_can.identification.fit.least_squares import Fit, solve
 from rfms_can.identification.fit.trace import Trace
 
 MOVING: Final = 0.03
-"""Speed, as a part of the motion's largest, above which a joint moves and not yet sticks."""
+"""Speed over the motion's largest above which a joint moves and does not stick."""
 
 
 def twice(values: Floats, period_s: float) -> Floats:
     """The double integral of values held over the period before each; 0 at the first row.
 
-    Along the first axis; the first row begins the time and its own value does not count.
+    Along the first axis; the value of the first row is not used.
     """
     held = values.copy()
     held[0] = 0.0
@@ -42,7 +41,7 @@ def printed_sum(values: Floats, period_s: float) -> float:
 
 
 class Motion(NamedTuple):
-    """One motion of one joint, from where it moves to where it stops.
+    """One motion of one joint, from its breakaway to its stop.
 
     Attributes:
         joint: index 0 to 5.
@@ -52,7 +51,7 @@ class Motion(NamedTuple):
         poses: of all joints, rad (n, 6).
         time: s (n).
         direction: +1 or -1.
-        load: whether the known load hung in the hand.
+        load: whether the known load was in the hand.
     """
 
     joint: int
@@ -68,7 +67,7 @@ class Motion(NamedTuple):
 
 
 def motions_of(trace: Trace) -> Iterable[Motion]:
-    """The bursts of a trace, each without the samples in which the joint still sticks."""
+    """The bursts of a trace, without the samples in which the joint sticks."""
     for mark in trace.marks:
         if mark.kind != BURST:
             continue
@@ -97,13 +96,13 @@ def inertia_of(motions: Sequence[Motion], torques: Sequence[Floats], period_s: f
 
     Args:
         motions: of one joint.
-        torques: tau_i - D_i of each, friction taken off, Nm (n each).
+        torques: tau_i - D_i of each, friction subtracted, Nm (n each).
         period_s: between samples, s.
 
-    Each motion also has the momentum it begins with and an offset of the torque as unknowns: what
-    friction is not quite known does not go into the inertia. Errors of a double integral follow
-    one another, so that their scatter within a motion says little: the deviation is that of the
-    motions' own values, where there are several.
+    Each motion also has its initial momentum and an offset of the torque as unknowns, so that an
+    error of the friction does not bias the inertia. Errors of a double integral are correlated, so
+    their scatter within a motion is not a measure of the deviation: that of the values of several
+    motions is used if available.
     """
     what = f"inertia of joint {motions[0].joint + 1}"
     fits = []

@@ -1,4 +1,4 @@
-"""What an identification has found, and the calibration a master makes use of."""
+"""Result of an identification, and the calibration for a master."""
 
 from typing import NamedTuple
 
@@ -16,21 +16,21 @@ from rfms_can.identification.fit.torque import LAW, TorqueFit
 
 
 class Identification(NamedTuple):
-    """All that was found.
+    """Result of an identification.
 
     Attributes:
-        arm: whose.
+        arm: the arm.
         converters: Eq. 4.14 of each joint (6).
         torque: Eq. 4.13 of each joint (6).
-        breakaways: how joints broke away.
+        breakaways: of the joints.
         gravity: Eq. 4.9.
         poses: inertia of each joint at each pose.
         inertia: Eq. 4.11.
         links: parameters of the full dynamics.
         coupling: Eq. 4.12, by the links.
-        validation: of motions no fit has seen: torque and what the links leave of it, root mean
-            square, Nm (2, 6).
-        notes: what was noticed on the way.
+        validation: of motions excluded from all fits: torque and its residual, root mean square,
+            Nm (2, 6).
+        notes: remarks.
     """
 
     arm: Arm
@@ -63,7 +63,7 @@ class Identification(NamedTuple):
     def static(self, joint: int, direction: float) -> tuple[float, float]:
         """Static friction of a joint index in a direction, Nm, and its spread.
 
-        Where no motion has shown it, the friction of the moving joint stands for it.
+        Without a breakaway in the data, the friction of the moving joint is used.
         """
         own = [b for b in self.breakaways if (b.joint, b.direction) == (joint, direction)]
         if own:
@@ -74,7 +74,7 @@ class Identification(NamedTuple):
 
 
 def calibration_of(found: Identification) -> Calibration:
-    """What a master needs of it."""
+    """The calibration for a master."""
     joints = []
     for joint, (torque, converter) in enumerate(zip(found.torque, found.converters, strict=True)):
         positive, negative = found.static(joint, 1.0), found.static(joint, -1.0)

@@ -1,7 +1,7 @@
-"""What a simpler model of the dynamics costs and saves: the argument of thesis IV.3 and IV.4.
+"""Error and computation time of simpler models of the dynamics: thesis IV.3 and IV.4.
 
-Torques along a gross and a fine motion by Newton-Euler, velocity terms and all, and by models with
-fewer terms. Cost is the time of one update in this process.
+Torques along a gross and a fine motion by Newton-Euler with velocity terms, and by models with
+fewer terms. The cost is the time of one update in this process.
 """
 
 import time
@@ -18,7 +18,7 @@ from rfms_can.dynamics.simplified import SimplifiedDynamics
 SAMPLES: Final = 200
 UPDATES: Final = 2000
 GROSS: Final = 0.9
-"""Part of a joint's speed limit a gross motion reaches."""
+"""Fraction of a joint's speed limit that a gross motion reaches."""
 FINE_RAD: Final = 0.02
 STEP: Final = 1e-5
 
@@ -32,13 +32,13 @@ class Path(NamedTuple):
 
 
 class Significance(NamedTuple):
-    """What is left of the torque by a model.
+    """Torque error of a model.
 
     Attributes:
         model: its name.
         microseconds: of one update.
-        gross, fine: largest error along a motion, of any joint, as a part of the largest torque of
-            that joint.
+        gross, fine: largest error along a motion, of any joint, over the largest torque of that
+            joint.
     """
 
     model: str
@@ -51,26 +51,26 @@ def gross_motion(arm: Arm) -> Path:
     """All joints together, through much of their range, at nearly their speed limits."""
     here = np.array(arm.park)
     there = here + np.array([1.5, -0.7, 1.6, 1.2, 2.2, -1.5])
-    way = there - here
-    seconds = 1.875 * float(np.max(np.abs(way) / (GROSS * np.array(arm.speed_limits))))
-    return _quintic(here, way, seconds)
+    distance = there - here
+    seconds = 1.875 * float(np.max(np.abs(distance) / (GROSS * np.array(arm.speed_limits))))
+    return _quintic(here, distance, seconds)
 
 
 def fine_motion(arm: Arm) -> Path:
-    """A short way, accelerated as hard as the first joint allows: much force, little speed."""
+    """A short motion at the acceleration limit of the first joint: high torque, low speed."""
     here = np.array(arm.park)
-    way = FINE_RAD * np.array([1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    distance = FINE_RAD * np.array([1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
     seconds = (5.7735 * FINE_RAD / (0.9 * arm.acceleration_limits[0])) ** 0.5
-    return _quintic(here, way, seconds)
+    return _quintic(here, distance, seconds)
 
 
-def _quintic(here: Floats, way: Floats, seconds: float) -> Path:
+def _quintic(here: Floats, distance: Floats, seconds: float) -> Path:
     """From rest to rest."""
     u = np.linspace(0.0, 1.0, SAMPLES)[:, None]
     s = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
     ds = 30.0 * u**2 * (1.0 - u) ** 2 / seconds
     dds = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / seconds**2
-    return Path(here + s * way, ds * way, dds * way)
+    return Path(here + s * distance, ds * distance, dds * distance)
 
 
 Torque = Callable[[Floats, Floats, Floats], Floats]
@@ -85,7 +85,7 @@ class _Model(NamedTuple):
 
 
 def significance(arm: Arm, constants: Mapping[str, float]) -> list[Significance]:
-    """The table: models from whole to bare."""
+    """The table: models in the order of decreasing complexity."""
     paths = gross_motion(arm), fine_motion(arm)
     exact = [_along(ArmDynamics(arm).torque, path) for path in paths]
     rows = []
@@ -135,7 +135,7 @@ _ONES: Final = np.ones(JOINT_COUNT)
 
 
 def _most(whole: Floats, arm: Arm) -> Floats:
-    """The largest torque of each joint, its drive's inertia at its speed limit at least."""
+    """The largest torque of each joint, at least a thousandth of its drive's limit."""
     least = [1e-3 * drive.torque_limit for drive in arm.drives]
     most: Floats = np.maximum(np.abs(whole).max(axis=0), least)
     return most

@@ -1,8 +1,8 @@
-"""Static friction: the torque at which a joint that is pushed harder and harder begins to move.
+"""Static friction: the breakaway torque of a joint under slowly increasing torque.
 
-The servo of a joint that creeps raises its torque steadily, r Nm/s, until the joint breaks away. By
-the time an encoder shows it, x rad later, the torque is more: with inertia M the joint goes
-``r t^3 / (6 M)``, so it broke away ``t = (6 M x / r)^(1/3)`` before.
+The servo of a creeping joint increases its torque at a constant rate, r Nm/s, until the joint
+breaks away. When the encoder shows it, x rad later, the torque is larger: with inertia M the joint
+has moved by ``r t^3 / (6 M)``, so it broke away ``t = (6 M x / r)^(1/3)`` before.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,19 +17,19 @@ from rfms_can.identification.experiments.actions import CREEP
 from rfms_can.identification.fit.trace import Trace
 
 STARTED: Final = 1.5
-"""Encoder counts after which a joint has begun to move."""
+"""Encoder counts after which a joint is considered moving."""
 RAMP: Final = 25
 """Samples over which the torque's rise is measured."""
 
 
 class Breakaway(NamedTuple):
-    """How one motion began.
+    """Breakaway of one motion.
 
     Attributes:
         joint: index 0 to 5.
         direction: +1 or -1.
-        torque: the static friction it overcame, Nm.
-        spread: how far that may be off, Nm: what the torque rises in two samples, and the noise.
+        torque: static friction, Nm.
+        spread: its uncertainty, Nm: the torque's rise in two samples, and the noise.
     """
 
     joint: int
@@ -41,7 +41,7 @@ class Breakaway(NamedTuple):
 def breakaways(
     trace: Trace, laws: Sequence[TorqueLaw], constants: Mapping[str, float], arm: Arm
 ) -> list[Breakaway]:
-    """How each motion of a trace that creeps has broken away."""
+    """The breakaway of each creep motion of a trace."""
     result = []
     for mark in trace.marks:
         if mark.kind != CREEP:
@@ -52,7 +52,7 @@ def breakaways(
         direction = float(np.sign(q[-1] - q[0]))
         first = int(np.argmax(direction * (q - q[0]) > STARTED * count))
         if first < RAMP:
-            continue  # it moved before it was asked to: nothing has broken away
+            continue  # the joint was moving before the command: not a breakaway
         row = mark.start + first
         slope = law.slope_positive if direction > 0.0 else law.slope_negative
         ramp = direction * slope * trace.current[row - RAMP : row, joint]

@@ -1,4 +1,4 @@
-"""What was found beside the truth, as plain numbers: tables and JSON are made of it."""
+"""Identified and true values as plain numbers, for tables and JSON."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -24,10 +24,10 @@ class Figure(NamedTuple):
     """One figure.
 
     Attributes:
-        name: what it is.
-        value, deviation: as found.
+        name: of the parameter.
+        value, deviation: identified.
         truth: of the plant.
-        error: difference over what the size of such figures is.
+        error: difference over the size of such parameters.
     """
 
     name: str
@@ -50,7 +50,7 @@ def torque_figures(found: Calibration, truth: Calibration) -> list[list[Figure]]
 
 
 def constant_figures(found: Calibration, truth: Calibration) -> list[Figure]:
-    """Eq. 4.9, 4.11, 4.12; errors are parts of the largest of their kind: c, b of a joint."""
+    """Eq. 4.9, 4.11, 4.12; errors relative to the largest of their kind: c, b of a joint."""
     figures = []
     for name in CONSTANTS:
         kind = GRAVITY if name in GRAVITY else [k for k in CONSTANTS if k[:2] == name[:2]]
@@ -61,12 +61,12 @@ def constant_figures(found: Calibration, truth: Calibration) -> list[Figure]:
 
 
 class Models(NamedTuple):
-    """How well both models say the plant's dynamics, over random poses.
+    """Accuracy of both models over random poses.
 
     Attributes:
-        effective: largest error of Ia_i + D_ii, as a part of it: simplified and full (2, 6).
+        effective: largest relative error of Ia_i + D_ii: simplified and full (2, 6).
         coupling: rms of all D_ij, and rms error of the full model's, kg m2.
-        gravity: largest error of D_i, simplified and full, as a part of the largest (2).
+        gravity: largest error of D_i, simplified and full, relative to the largest (2).
     """
 
     effective: list[list[float]]

@@ -29,7 +29,7 @@ LAW: Final = ("slope_positive", "offset_positive", "slope_negative", "offset_neg
 
 
 UNSEEN: Final = 0.3
-"""Part of the known load's torque that may be left; more, and it was not there."""
+"""Largest residual over the known load's torque; beyond it the load was not in the hand."""
 _NO_LOAD: Final = (
     "the currents do not show the known load: it was not in the hand when it should have been"
 )
@@ -37,13 +37,13 @@ _NO_LOAD: Final = (
 
 @dataclass(frozen=True)
 class KnownLoad:
-    """What the known load does to each joint, by the arm's kinematics."""
+    """Torque and inertia of the known load at each joint, by the arm's kinematics."""
 
     model: ArmDynamics
 
     @classmethod
     def of(cls, arm: Arm) -> "KnownLoad":
-        """The load ``rfms identify`` has hung to an arm."""
+        """The known load of ``rfms identify``."""
         return cls(ArmDynamics(load_alone(arm, known_load(arm))))
 
     def weight(self, q: Sequence[float] | Floats, joint: int) -> float:
@@ -61,8 +61,8 @@ class TorqueFit(NamedTuple):
     Attributes:
         law: found.
         fit: of the equations it was found with.
-        points: what Fig. 4.2 shows: current, torque that gravity, load and inertia ask for
-            (viscous friction added, Nm), direction (n, 3).
+        points: of Fig. 4.2: current, torque required for gravity, load and inertia (viscous
+            friction added, Nm), direction (n, 3).
     """
 
     law: TorqueLaw
@@ -70,8 +70,8 @@ class TorqueFit(NamedTuple):
     points: Floats
 
 
-def weighed_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueFit:
-    """The law of a joint (2 to 6) that the known load's weight turns."""
+def fit_weight_loaded_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueFit:
+    """The law of a joint (2 to 6) loaded by the known load's weight."""
     poses = sorted({window.pose for window in windows})
     names = [*LAW, "inertia", *(f"{side} {pose}" for pose in poses for side in ("cos", "sin"))]
     rows, rights = [], []
@@ -89,19 +89,19 @@ def weighed_joint(windows: list[Window], known: KnownLoad, what: str) -> TorqueF
     if fit.residual > UNSEEN * float(np.sqrt(np.mean(right**2))):
         raise IdentificationError(f"{what}: {_NO_LOAD}")
     solution = np.array([fit.values[name] for name in names])
-    asked = right - matrix[:, 4:] @ solution[4:]
+    required = right - matrix[:, 4:] @ solution[4:]
     points = [
-        (w.current, torque, np.sign(w.speed)) for w, torque in zip(windows, asked, strict=True)
+        (w.current, torque, np.sign(w.speed)) for w, torque in zip(windows, required, strict=True)
     ]
     return TorqueFit(law_of(fit), fit, np.array(points))
 
 
-def turned_joint(
+def fit_vertical_joint(
     windows: list[Window], motions: list[Motion], period_s: float, known: KnownLoad, what: str
 ) -> TorqueFit:
     """The law of joint 1: friction from sweeps, the scale from the known load's inertia.
 
-    In codes first: what current friction takes, per direction, and inertia over slope without and
+    In codes first: the current for friction, per direction, and inertia over slope without and
     with the load. The load's own inertia over the difference of the two is the slope.
     """
     drag = _drag(windows, what)
@@ -145,7 +145,7 @@ BLOCK: Final = 8
 def _turned_points(
     windows: list[Window], motions: list[Motion], law: TorqueLaw, inertia: dict[bool, float]
 ) -> Iterable[tuple[float, float, float]]:
-    """Constant speed asks for nothing, a burst for inertia times acceleration."""
+    """Required torque: only friction at constant speed, inertia times acceleration in a burst."""
     for window in windows:
         yield window.current, law.viscous * window.speed, float(np.sign(window.speed))
     for motion in motions:
@@ -158,7 +158,7 @@ def _turned_points(
 
 
 def _drag(windows: list[Window], what: str) -> Fit:
-    """Current, in codes, that constant speed takes: offset and viscous part per direction."""
+    """Current, in codes, at constant speed: offset and viscous term per direction."""
     names = ("offset_positive", "offset_negative", "viscous_positive", "viscous_negative")
     rows = [
         (1.0, 0.0, w.speed, 0.0) if w.speed > 0.0 else (0.0, 1.0, 0.0, w.speed) for w in windows
@@ -167,7 +167,7 @@ def _drag(windows: list[Window], what: str) -> Fit:
 
 
 def _dragged(drag: Fit, motion: Motion, name: str) -> Floats:
-    """What of a motion's current friction takes, codes; at the middle of each period."""
+    """Current for friction along a motion, codes; at the middle of each period."""
     speed = motion.qd.copy()
     speed[1:] = 0.5 * (motion.qd[1:] + motion.qd[:-1])
     drawn: Floats = drag.values[f"offset_{name}"] + drag.values[f"viscous_{name}"] * speed

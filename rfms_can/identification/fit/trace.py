@@ -1,8 +1,8 @@
 """An experiment's frames in SI units: angles by the encoders, currents by the ADCs.
 
-Of the arm only what its data sheet says of the sensors is used: counts per radian, the direction of
-each gear, the scale of the tachometer. A current is counted in DAC codes, positive where it drives
-its joint to positive angles.
+Of the arm's data only the sensors' data sheet is used: counts per radian, the direction of each
+gear, the scale of the tachometer. A current is in DAC codes, positive if it drives its joint to
+positive angles.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from rfms_can.analysis.cycles import Floats
 from rfms_can.arm import JOINT_COUNT, Arm
 from rfms_can.identification.experiments.actions import Mark
 from rfms_can.identification.experiments.data import Data
-from rfms_can.identification.experiments.tap import NOTHING_CAME
+from rfms_can.identification.experiments.tap import MISSING
 from rfms_can.identification.fit.least_squares import Fit, IdentificationError, solve
 
 ANSWER_CYCLES = 2
@@ -29,7 +29,7 @@ class Trace(NamedTuple):
         current: of the period that ends at each SYNC, DAC codes (n, 6).
         marks: of its motions, in rows.
         period_s: between two rows, s.
-        load: whether the known load hung in the hand.
+        load: whether the known load was in the hand.
     """
 
     q: Floats
@@ -46,7 +46,7 @@ def converter_fits(arm: Arm, tables: list[Data]) -> list[Fit]:
     for joint in range(JOINT_COUNT):
         dac = np.concatenate([data.table[:-ANSWER_CYCLES, 3, joint] for data in tables])
         adc = np.concatenate([data.table[ANSWER_CYCLES:, 1, joint] for data in tables])
-        whole = (dac != NOTHING_CAME) & (adc != NOTHING_CAME)
+        whole = (dac != MISSING) & (adc != MISSING)
         codes = dac[whole].astype(np.float64)
         matrix = np.column_stack((codes, np.ones_like(codes)))
         what = f"{arm.name}, joint {joint + 1}, DAC and ADC"
@@ -60,8 +60,8 @@ def trace_of(arm: Arm, data: Data, converters: list[Fit]) -> Trace:
     Raises:
         IdentificationError: frames are missing.
     """
-    if (data.table == NOTHING_CAME).any():
-        missing = int((data.table == NOTHING_CAME).any(axis=(1, 2)).sum())
+    if (data.table == MISSING).any():
+        missing = int((data.table == MISSING).any(axis=(1, 2)).sum())
         raise IdentificationError(f"{missing} cycles lack a MEASURE or DAC frame: run them again")
     counts_per_rad = np.array([drive.counts_per_radian for drive in arm.drives])
     gears = np.sign([drive.gear_ratio for drive in arm.drives])

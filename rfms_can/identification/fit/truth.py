@@ -1,4 +1,4 @@
-"""The truth beside what was found: of a simulated plant, and what the thesis measured."""
+"""True parameters of a simulated plant, and the values measured in the thesis."""
 
 from typing import Final, NamedTuple
 
@@ -9,7 +9,7 @@ from rfms_can.arm.calibration import Calibration
 from rfms_can.arm.puma import OUNCE_INCH
 from rfms_can.dynamics.fitted import fitted_constants
 from rfms_can.dynamics.rigid_body import ArmDynamics
-from rfms_can.dynamics.terms import turned
+from rfms_can.dynamics.terms import in_other_convention
 from rfms_can.plant.variant import Variant
 
 GRAVITY_M_S2: Final = 9.81
@@ -25,10 +25,10 @@ THESIS_OZ_IN: Final = {
 
 
 class Verdict(NamedTuple):
-    """What is to be said of one of the thesis' figures.
+    """Assessment of one of the thesis' values.
 
     Attributes:
-        word: in short.
+        word: verdict.
         why: the reason.
     """
 
@@ -42,7 +42,7 @@ VERDICTS: Final = {
     "c32": Verdict("sign", "minus the torque that holds the arm; its size is good"),
     "c50": Verdict("doubtful", "17 times a bare wrist's: below friction, or a tool was mounted"),
     "b10": Verdict("plausible", ""),
-    "b11": Verdict("poor", "half of what the links' masses make"),
+    "b11": Verdict("poor", "half of the value that follows from the links' masses"),
     "b12": Verdict("impossible", "positive: an arm stretched out would be easier to turn"),
     "b13": Verdict("impossible", "must equal b25 and 2 a2 c31 / g: 86, 23 and -8 oz-in-s2"),
     "b14": Verdict("good", "agrees with b26, as it must"),
@@ -63,11 +63,11 @@ VERDICTS: Final = {
 def thesis_constants() -> dict[str, float]:
     """Eq. 4.16 and 4.30 in SI and in convention B."""
     in_a = {name: OUNCE_INCH * number for name, number in THESIS_OZ_IN.items()}
-    return turned(in_a)
+    return in_other_convention(in_a)
 
 
 class Identity(NamedTuple):
-    """Two figures that are one for every arm of this shape.
+    """Two values that are equal for every arm of this shape.
 
     Attributes:
         name: of the constant.
@@ -82,10 +82,10 @@ class Identity(NamedTuple):
 
 
 def identities(arm: Arm, constants: dict[str, float]) -> tuple[Identity, ...]:
-    """What the constants of one arm owe one another, convention B.
+    """Identities between the constants of one arm, convention B.
 
     Gravity and inertia hold the same masses and lengths: b14 and b26 are 2 a2 c32 / g, b13 and b25
-    2 a2 c31 / g, b31 is -2 d4 c50 / g. Links that are thin beside their length are assumed.
+    2 a2 c31 / g, b31 is -2 d4 c50 / g. Links are assumed thin compared with their length.
     """
     k, per_g = constants, 1.0 / GRAVITY_M_S2
     return (
@@ -98,7 +98,7 @@ def identities(arm: Arm, constants: dict[str, float]) -> tuple[Identity, ...]:
 
 
 def truth_of(variant: Variant) -> Calibration:
-    """What a perfect experiment would find out about a plant."""
+    """The calibration that a perfect experiment would give for a plant."""
     full = ArmDynamics(variant.rigid)
     constants = fitted_constants(full)
     joints = [
@@ -110,10 +110,10 @@ def truth_of(variant: Variant) -> Calibration:
             "viscous": law.viscous,
             "static_positive": max(-law.offset_positive, 0.0),
             "static_negative": max(law.offset_negative, 0.0),
-            "adc_slope": wiring.adc_slope,
-            "adc_offset": wiring.adc_offset + wiring.adc_slope * wiring.current_offset,
+            "adc_slope": errors.adc_slope,
+            "adc_offset": errors.adc_offset + errors.adc_slope * errors.current_offset,
         }
-        for law, wiring in zip(variant.laws, variant.wiring, strict=True)
+        for law, errors in zip(variant.laws, variant.board_errors, strict=True)
     ]
     whole = {
         "arm": variant.arm.name,

@@ -1,4 +1,4 @@
-"""Constant speed: the middle of each sweep, cut into short windows and averaged."""
+"""Constant speed: the middle of each sweep, divided into short windows and averaged."""
 
 from collections.abc import Iterable
 from typing import Final, NamedTuple
@@ -12,9 +12,9 @@ from rfms_can.identification.fit.trace import Trace
 LENGTH: Final = 10
 """Samples in a window."""
 SETTLING_S: Final = 0.35
-"""Left out at either end of a sweep: it accelerates, and the servo finds its torque."""
+"""Excluded at either end of a sweep, s: acceleration and settling of the servo."""
 STEADY: Final = 0.1
-"""Part of a sweep's speed by which a window's may differ."""
+"""Largest relative deviation of a window's speed from the sweep's."""
 
 
 class Window(NamedTuple):
@@ -22,12 +22,12 @@ class Window(NamedTuple):
 
     Attributes:
         joint: that moves, index 0 to 5.
-        pose: number of the experiment's action: windows of one have the other joints alike.
+        pose: number of the experiment's action: windows of one share the other joints' angles.
         q: rad (6).
         speed: of the joint, rad/s.
-        acceleration: left of it, rad/s2.
+        acceleration: remaining, rad/s2.
         current: of the joint, DAC codes.
-        load: whether the known load hung in the hand.
+        load: whether the known load was in the hand.
     """
 
     joint: int

@@ -1,4 +1,4 @@
-"""The scenes there are, by name."""
+"""The available scenes by name."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -11,16 +11,16 @@ from rfms_can.plant.scene.parameters import Key, Values, read
 from rfms_can.plant.scene.shape import FREE, Scene
 
 ARM: Final = "puma560"
-"""The arm in front of which everything but ``free`` stands; the PUMA 260 does not reach it."""
+"""The arm of all scenes but ``free``; the PUMA 260 does not reach them."""
 
 
 class Entry(NamedTuple):
-    """A scene that can be asked for.
+    """An available scene.
 
     Attributes:
-        meaning: in a few words.
-        keys: numbers it can be given.
-        build: makes it of their values.
+        meaning: short description.
+        keys: its parameters.
+        build: builds it from their values.
     """
 
     meaning: str
@@ -41,10 +41,10 @@ SCENES: Final[Mapping[str, Entry]] = MappingProxyType(
 
 @lru_cache(maxsize=64)
 def scene_from(text: str, arm: str) -> Scene:
-    """The scene that ``NAME`` or ``NAME:key=value,key=value`` asks for, around an arm (its name).
+    """The scene ``NAME`` or ``NAME:key=value,key=value`` for an arm (its name).
 
     Raises:
-        PlantError: there is none such, or not around this arm; the message lists what there is.
+        PlantError: the scene does not exist, or not for this arm; the message lists those that do.
     """
     name, _, rest = text.partition(":")
     if name not in SCENES:

@@ -1,4 +1,4 @@
-"""What a scene is asked for with: ``NAME`` or ``NAME:key=value,key=value``, read strictly."""
+"""Parameters of a scene, parsed strictly from ``NAME`` or ``NAME:key=value,key=value``."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,19 +12,19 @@ Values = Mapping[str, float]
 
 
 class Key(NamedTuple):
-    """A number that a scene can be given.
+    """A parameter of a scene.
 
     Attributes:
         name: with its unit, e.g. ``x_mm``.
-        usual: its value when it is not given.
-        lowest, highest: bounds, both included.
-        meaning: in a few words.
+        default: its value when it is not given.
+        minimum, maximum: bounds, both included.
+        meaning: short description.
     """
 
     name: str
-    usual: float
-    lowest: float
-    highest: float
+    default: float
+    minimum: float
+    maximum: float
     meaning: str
 
 
@@ -32,13 +32,13 @@ FRICTION: Final = Key("friction", 0.2, 0.0, 1.0, "sliding coefficient of the con
 
 
 def read(scene: str, text: str, keys: Sequence[Key]) -> dict[str, float]:
-    """The value of every key of a scene, as ``key=value,key=value`` gives them, or as usual.
+    """The value of every key of a scene, as ``key=value,key=value`` gives them, or as default.
 
     Raises:
-        PlantError: a key that the scene has not, twice the same, no number, or one out of bounds.
+        PlantError: an unknown key, a key given twice, or a value out of bounds or not a number.
     """
     known = {key.name: key for key in keys}
-    values = {key.name: key.usual for key in keys}
+    values = {key.name: key.default for key in keys}
     given = set()
     for pair in text.split(",") if text else ():
         name, equals, number = (part.strip() for part in pair.partition("="))
@@ -50,9 +50,9 @@ def read(scene: str, text: str, keys: Sequence[Key]) -> dict[str, float]:
         given.add(name)
         key = known[name]
         values[name] = _number(scene, name, number if equals else "")
-        if not key.lowest <= values[name] <= key.highest:
+        if not key.minimum <= values[name] <= key.maximum:
             raise PlantError(
-                f"scene {scene!r}: {name} {number} is not in {key.lowest:g}..{key.highest:g}"
+                f"scene {scene!r}: {name} {number} is not in {key.minimum:g}..{key.maximum:g}"
             )
     return values
 
@@ -63,13 +63,13 @@ def _number(scene: str, name: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise PlantError(f"scene {scene!r}: {name}={text} is no number; write e.g. {name}=0.5")
+        raise PlantError(f"scene {scene!r}: {name}={text} is not a number; write e.g. {name}=0.5")
     return value
 
 
 def displaced(place: Transform, values: Values) -> Transform:
-    """A place moved and turned, in its own frame, by what is given: x_mm, y_mm, z_mm; turned about
-    its x, then y, then z by tilt_x_deg, tilt_y_deg and turn_deg."""
+    """A frame displaced, in its own axes, by x_mm, y_mm, z_mm, then rotated about x, y and z by
+    tilt_x_deg, tilt_y_deg and turn_deg."""
     x, y, z = (1e-3 * values.get(name, 0.0) for name in ("x_mm", "y_mm", "z_mm"))
     moved = place @ Transform.translation(x, y, z)
     for axis, name in (

@@ -13,7 +13,7 @@ from typing import Final
 from rfms_can.plant.scene.parameters import FRICTION, Key, Values, displaced
 from rfms_can.plant.scene.shape import (
     CONTACT_STEP_S,
-    ROUNDING,
+    EDGE_RADIUS,
     STEEL,
     Contact,
     Kind,
@@ -38,7 +38,7 @@ KEYS: Final = (
 
 WALL: Final = 0.006
 """Half thickness of a wall's box, m: more than any contact sinks in."""
-BLUNT: Final = ROUNDING * (1.0 - math.tan(math.pi / 8.0))
+BLUNT: Final = EDGE_RADIUS * (1.0 - math.tan(math.pi / 8.0))
 """How much higher than the bore a wall's box is, m: the rounding of an edge of 135 degrees, which
 the bore has there, begins that much nearer to it than the box' own, of 90."""
 FACET_ERROR: Final = 0.1
@@ -97,7 +97,7 @@ class PegInHole:
         height = (self.depth - self.chamfer + BLUNT) / 2.0
         wall = Shape(
             Kind.BOX,
-            (WALL, (bore + 2.0 * WALL) * half + ROUNDING, height),
+            (WALL, (bore + 2.0 * WALL) * half + EDGE_RADIUS, height),
             turn @ Transform.translation(bore + WALL, 0.0, BLUNT - self.chamfer - height),
         )
         # The face of the chamfer runs from (bore, -chamfer) to (bore + chamfer, 0) in (r, z); the
@@ -107,7 +107,7 @@ class PegInHole:
             bore + self.chamfer / 2.0 + lies, 0.0, -self.chamfer / 2.0 - lies
         )
         tilt = Transform.rotation((0.0, 1.0, 0.0), math.pi / 4.0)
-        width = (bore + self.chamfer + 2.0 * WALL) * half + ROUNDING
+        width = (bore + self.chamfer + 2.0 * WALL) * half + EDGE_RADIUS
         face = Shape(Kind.BOX, (WALL, width, self.chamfer / math.sqrt(2.0)), turn @ centre @ tilt)
         return wall, face
 

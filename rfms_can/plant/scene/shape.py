@@ -1,4 +1,4 @@
-"""What stands around the arm and what it holds: shapes, their contact, a scene. SI units.
+"""Fixtures around the arm and the tool in its hand: shapes, contact parameters, scenes. SI units.
 
 Data only, so that a scene can be looked at without a physics engine; ``model_builder.py`` hands it
 to MuJoCo.
@@ -12,8 +12,8 @@ from rfms_can.transform import Transform, Vector3
 
 _ORIGIN: Final = Transform.identity()
 
-ROUNDING: Final = 0.25e-3
-"""Radius of every edge of what is solid, m: a part whose edges were broken with a file (P)."""
+EDGE_RADIUS: Final = 0.25e-3
+"""Radius of every edge of a solid shape, m: edges broken with a file (P)."""
 
 
 class Kind(Enum):
@@ -31,13 +31,13 @@ class Kind(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """A rigid body that others touch.
+    """A rigid shape.
 
     Attributes:
         kind: of shape.
-        size: by ``kind``, m; edges of what is solid are rounded by ``ROUNDING`` inside of it.
+        size: by ``kind``, m; edges of a solid shape are rounded by ``EDGE_RADIUS``, inwards.
         pose: of its own frame, in the frame of the scene or of the hand.
-        solid: False for what is only there to be weighed and seen, and can touch nothing.
+        solid: False for a shape with mass but without contact.
     """
 
     kind: Kind
@@ -48,14 +48,14 @@ class Shape:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tool:
-    """What the hand holds, rigidly.
+    """A tool fixed rigidly in the hand.
 
     Attributes:
         mass: kg.
         com: centre of mass in the T6 frame, m.
         inertia: about it, along the axes of T6, kg m2.
         shapes: in the T6 frame; one of them solid.
-        tip: the frame its task is told in, in the T6 frame.
+        tip: the tool frame in which the task is given, in the T6 frame.
     """
 
     mass: float
@@ -67,11 +67,11 @@ class Tool:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """How two shapes push against one another, at each point at which they touch.
+    """Contact parameters of two shapes, for each contact point.
 
     Attributes:
         stiffness: force per depth, N/m.
-        damping: damping ratio, with the mass that the tool is at its average.
+        damping: damping ratio, for the tool's mean effective mass.
         friction: sliding coefficient.
     """
 
@@ -90,13 +90,13 @@ CONTACT_STEP_S: Final = 2.5e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """What an arm meets.
+    """Tool and fixtures of a run.
 
     Attributes:
-        name: as it is asked for.
+        name: as given on the command line.
         fixtures: shapes in the base frame.
         tool: what the hand holds, or None.
-        place: where the task truly is, in the base frame; a program knows where it should be.
+        place: true frame of the task in the base frame; a program knows the nominal one.
         contact: between tool and fixtures.
         longest_step_s: physics step that resolves its contact, s.
     """

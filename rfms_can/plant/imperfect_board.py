@@ -1,7 +1,7 @@
-"""A board as it comes out of the box: converters with noise and offsets, wires the wrong way round.
+"""A board with errors: converter noise, gain and offset errors, exchanged encoder channels.
 
-What :class:`~rfms_can.plant.board.Board` leaves out. A run still repeats bit by bit: noise is drawn
-from a generator that is handed in.
+:class:`~rfms_can.plant.board.Board` is free of them. A run still repeats bit by bit: noise comes
+from a seeded generator that the caller passes.
 """
 
 import random
@@ -12,12 +12,12 @@ from rfms_can.plant.board import HIGHEST_CODE, LOWEST_CODE, Board, Sample
 
 
 @dataclass(frozen=True, slots=True)
-class Wiring:
-    """How one board differs from an ideal one.
+class BoardErrors:
+    """Deviations of one board from an ideal one.
 
     Attributes:
-        encoder_sign: -1 where its two channels are exchanged.
-        current_offset: current the amplifier adds by itself, DAC codes.
+        encoder_sign: -1 where the encoder's two channels are exchanged.
+        current_offset: current offset of the amplifier, DAC codes.
         adc_slope, adc_offset: A_c and B_c of Eq. 4.14, codes.
         current_noise, velocity_noise: of the ADCs, standard deviation in codes.
     """
@@ -30,23 +30,23 @@ class Wiring:
     velocity_noise: float = 0.0
 
 
-IDEAL = Wiring()
+IDEAL = BoardErrors()
 
 
-class WiredBoard(Board):
-    """A board with its wiring."""
+class ImperfectBoard(Board):
+    """A board with errors."""
 
     def __init__(
-        self, arm: Arm, joint: int, q: float, wiring: Wiring, noise: random.Random
+        self, arm: Arm, joint: int, q: float, errors: BoardErrors, noise: random.Random
     ) -> None:
         """Power up the board of joint index ``joint`` (0 to 5) at angle ``q`` (rad)."""
-        super().__init__(arm, joint, q, wiring.adc_slope, wiring.adc_offset)
-        self._wiring = wiring
+        super().__init__(arm, joint, q, errors.adc_slope, errors.adc_offset)
+        self._errors = errors
         self._noise = noise
 
     def set_dacs(self, current: int, force: int = 0) -> float:
         """Write both DACs; return the joint torque that the current makes, Nm."""
-        return super().set_dacs(current + self._wiring.current_offset, force)
+        return super().set_dacs(current + self._errors.current_offset, force)
 
     def observe(self, q: float, qd: float) -> None:
         """Follow the joint; see ``Board``. A latched index counts as the encoder does."""
@@ -56,16 +56,16 @@ class WiredBoard(Board):
         if self.latched_index_counts is None:
             self.latched_index_counts = before
         else:
-            self.latched_index_counts *= self._wiring.encoder_sign
+            self.latched_index_counts *= self._errors.encoder_sign
 
     def sample(self) -> Sample:
-        """What MEASURE carries."""
+        """The values of MEASURE."""
         counts, current, speed, index_seen = super().sample()
-        wiring, noise = self._wiring, self._noise
+        errors, noise = self._errors, self._noise
         return (
-            wiring.encoder_sign * counts,
-            _clamped(current + round(noise.gauss(0.0, wiring.current_noise))),
-            _clamped(speed + round(noise.gauss(0.0, wiring.velocity_noise))),
+            errors.encoder_sign * counts,
+            _clamped(current + round(noise.gauss(0.0, errors.current_noise))),
+            _clamped(speed + round(noise.gauss(0.0, errors.velocity_noise))),
             index_seen,
         )
 

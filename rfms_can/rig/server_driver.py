@@ -1,4 +1,4 @@
-"""The server's desk: carries messages between its sockets and its core."""
+"""Drives the server: carries messages between its sockets and its core, which does no I/O."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -12,8 +12,8 @@ from rfms_can.master.server.replies import Outgoing
 _encode = msgspec.msgpack.Encoder().encode
 
 
-class Desk:
-    """Hands what peers send to the core, and what it replies to them.
+class ServerDriver:
+    """Passes received messages to the core and its replies to the peers.
 
     Args:
         server: the core.
@@ -29,7 +29,7 @@ class Desk:
         self._clock = clock
 
     def serve(self) -> None:
-        """Take what has come, emergency stops first; quick where nothing has."""
+        """Handle received messages, emergency stops first; fast if there are none."""
         socket, server = self._socket, self._server
         if not socket.pending():
             return
@@ -39,22 +39,22 @@ class Desk:
             self._send(server.receive(peer, data, self._clock()))
 
     def wait(self, timeout_s: float) -> None:
-        """Wait for somebody to send something, serve it, and see whether the lease lapsed."""
+        """Wait for messages, handle them, and check whether the lease has lapsed."""
         self._socket.wait(timeout_s)
         self.serve()
         self._send(self._server.look(self._clock()))
 
     def close_cycle(self) -> None:
-        """A cycle has been closed: answer waits, tell everybody the arm's state."""
+        """After a closed cycle: answer waiting requests, broadcast the arm's state."""
         self._send(self._server.close_cycle(self._clock()))
         self.broadcast()
 
     def broadcast(self) -> None:
-        """Tell everybody the arm's state."""
+        """Broadcast the arm's state."""
         self._socket.broadcast(_encode(self._server.status()))
 
     def end(self, reason: str) -> None:
-        """Tell who waits that the server ends."""
+        """Answer waiting requests: the server ends."""
         self._send(self._server.end(reason))
 
     def _send(self, replies: Iterable[Outgoing]) -> None:
