@@ -19,6 +19,7 @@ from rfms_can.master.start_up.node_parameters import parameters_for
 from rfms_can.rig.settings import RunSettings
 from rfms_can.transform import Transform
 from rfms_can.wire.contract import Wire
+from rfms_can.wire.records import Rows
 from rfms_can.wire.vocabulary import Parameter
 
 WORD = "fx fy rx ry"
@@ -77,7 +78,7 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
         arm = fleet.master.arm
         math = fleet.master.broadcast.math
         math.compliance = Compliance().changed(selection, frame)
-        _, rows = math.rows(q)
+        number, rows = math.rows(q)
         study = Study(arm, selection, frame, law, compliant_rate=COMPLIANT_DAMPING)
         loop = Analyst(study).loop(q)
         settings = RunSettings(arm="puma560", friction="none", law=law.value).master()
@@ -86,8 +87,8 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
         torques = []
         for joint, values in enumerate(rows, start=1):
             sets = RowSets(joint)
-            sets.first, sets.second, sets.law = values[:6], values[6:12], int(values[14])
-            sets.damping, sets.selection = values[15], int(values[16])
+            sets.receive(Rows._make(values))
+            assert sets.activate(number)
             servo = Servo({**parameters[joint], Parameter.KI: 0.0}, joint)
             torques.append(servo.torque(e.tolist(), v.tolist(), (0.0,) * 6, sets, 0.0))
         wanted = loop.stiffness @ e + loop.damping @ v
