@@ -15,7 +15,7 @@ from rfms_can.wire.vocabulary import NodeState
 class TorqueSource(Enum):
     """What drives the torque."""
 
-    NOTHING = auto()  # sends no DAC: the board's brake holds the joint, or will
+    NOTHING = auto()  # no DAC goes out: the board brakes the joint
     HOMING = auto()  # towards the index, at every REFERENCE
     HOLD = auto()  # where homing ended, at every REFERENCE
     SERVO = auto()  # Eq. 5.11, once SETPOINT, MEASURE and the six errors are here
@@ -31,8 +31,7 @@ class Duty(NamedTuple):
         tells_error: whether its ERROR goes out.
         owes_dac: whether a cycle that ended without its DAC frame counts: as MEASURE missing, else
             as SETPOINT, else as ERROR missing.
-        expects_setpoint: whether a cycle that owed no DAC, or sent it, counts as SETPOINT missing
-            where SETPOINT_1 did not come.
+        expects_setpoint: whether any other cycle without SETPOINT_1 counts as SETPOINT missing.
         bridges_encoder: whether a jump of the encoder is a fault, bridged by prediction.
         watches_range: whether leaving the joint's range is a fault.
         any_sample: whether samples of another cycle are taken: the plant goes on when SYNC fails.
@@ -56,7 +55,6 @@ class Duty(NamedTuple):
 S, R, T = NodeState, Reaction, TorqueSource
 
 IDLE: Final = Duty(T.NOTHING)
-UNLED: Final = Duty(T.NOTHING, expects_setpoint=True)
 HOME: Final = Duty(T.HOMING)
 HOLD: Final = Duty(T.HOLD)
 SERVO: Final = Duty(
@@ -73,10 +71,10 @@ ANY_SYNC: Final = tuple(NodeState)
 
 Row = tuple[NodeState, tuple[Reaction, ...], tuple[NodeState, ...], Duty]
 
-_NOT_HOMING: Final = tuple(s for s in NodeState if s is not S.HOMING)
-_HALTED: Final = tuple(s for s in NodeState if s is not S.OPERATIONAL)
-_UNCONTROLLED: Final = tuple(s for s in _NOT_HOMING if s is not S.OPERATIONAL)
-_NOT_DAMPED: Final = tuple(r for r in Reaction if r is not R.DAMP)
+_BUT_HOMING: Final = tuple(s for s in NodeState if s is not S.HOMING)
+_BUT_OPERATIONAL: Final = tuple(s for s in NodeState if s is not S.OPERATIONAL)
+_BUT_THESE: Final = tuple(s for s in _BUT_HOMING if s is not S.OPERATIONAL)
+_BUT_DAMP: Final = tuple(r for r in Reaction if r is not R.DAMP)
 
 # fmt: off
 ROWS: Final[tuple[Row, ...]] = (
@@ -84,16 +82,16 @@ ROWS: Final[tuple[Row, ...]] = (
     (S.INIT,        ANY_REACTION, ANY_SYNC,           IDLE),
     (S.PREOP,       ANY_REACTION, ANY_SYNC,           IDLE),
     (S.HOMING,      ANY_REACTION, (S.HOMING,),        HOME),
-    (S.HOMING,      ANY_REACTION, (S.OPERATIONAL,),   UNLED),
-    (S.HOMING,      ANY_REACTION, _UNCONTROLLED,      IDLE),
+    (S.HOMING,      ANY_REACTION, (S.OPERATIONAL,),   IDLE._replace(expects_setpoint=True)),
+    (S.HOMING,      ANY_REACTION, _BUT_THESE,         IDLE),
     (S.READY,       ANY_REACTION, (S.HOMING,),        HOLD),
-    (S.READY,       ANY_REACTION, _NOT_HOMING,        IDLE),
+    (S.READY,       ANY_REACTION, _BUT_HOMING,        IDLE),
     (S.OPERATIONAL, ANY_REACTION, ANY_SYNC,           SERVO),
     (S.QUICKSTOP,   ANY_REACTION, (S.OPERATIONAL,),   STOP._replace(expects_setpoint=True)),
-    (S.QUICKSTOP,   ANY_REACTION, _HALTED,            STOP),
+    (S.QUICKSTOP,   ANY_REACTION, _BUT_OPERATIONAL,   STOP),
     (S.FAULT,       (R.DAMP,),    (S.OPERATIONAL,),   DAMP._replace(expects_setpoint=True)),
-    (S.FAULT,       (R.DAMP,),    _HALTED,            DAMP),
-    (S.FAULT,       _NOT_DAMPED,  ANY_SYNC,           OFF),
+    (S.FAULT,       (R.DAMP,),    _BUT_OPERATIONAL,   DAMP),
+    (S.FAULT,       _BUT_DAMP,    ANY_SYNC,           OFF),
 )
 # fmt: on
 
