@@ -46,6 +46,8 @@ def plot(
 ) -> None:
     """Draw a recorded run: position, velocity, acceleration, jerk, error, torque, bus load.
 
+    What the joint torques are made of is drawn too, where rfms run --terms has recorded it.
+
     thesis needs a run of examples/figures.py, or any that goes one way in joint mode, again with a
     longer acceleration time, and in Cartesian mode.
     """
@@ -78,7 +80,7 @@ def _draw(
         if joint is None:
             written += draw_run(recording, out, suffix)
         for number in _joints(figures, joint):
-            written.append(draw_joint(recording, number, out, suffix))
+            written += draw_joint(recording, number, out, suffix)
     if figures is not Figures.RUN:
         written += draw_thesis(recording, joint or 1, out, suffix)
     return written

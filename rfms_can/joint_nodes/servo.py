@@ -289,15 +289,16 @@ class Servo:
             integral = self._integrate_own(own_error, total + friction)
         total += integral
         transferred = self._ramp_transfer(total, rows.specification)
-        torque = self._clamp(transferred + friction + bias) - bias
+        unclamped = transferred + friction + bias
+        clamped = self._clamp(unclamped)
         if self.recording:
             dither = self.friction.dither
             inertia = _dot(rows.inertia_row, accelerations)
             self.terms = ServoTerms(
                 *(proportional, derivative, integral, gravity, inertia, friction - dither, dither),
-                *(bias, damping, transferred - total, torque - (transferred + friction)),
+                *(bias, damping, transferred - total, clamped - unclamped),
             )
-        return torque
+        return clamped - bias
 
     def alone(
         self, error: float, rate: float, gravity: float, friction: float = 0.0, inertia: float = 0.0
