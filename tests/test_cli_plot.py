@@ -195,9 +195,8 @@ def test_terms_that_cannot_be_read_are_one_clear_line(
     if spoil == "bytes":
         path.write_bytes(b"no archive")
     else:
-        np.savez(
-            path, terms=np.array(["p"]), **{f"joint_{j}": np.zeros((1, 2)) for j in range(1, 7)}
-        )
+        tables = {f"joint_{joint}": np.zeros((1, 2)) for joint in range(1, 7)}
+        np.savez(path, allow_pickle=False, terms=np.array(["p"]), **tables)
     try:
         result = rfms_plot(directory)
     finally:

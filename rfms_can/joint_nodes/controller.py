@@ -47,6 +47,16 @@ _DIVISORS: Final = (
 )
 """Negative where the motor turns against the joint."""
 
+# members of enumerations that every cycle needs: a name of a module is found ten times as fast
+_SERVO: Final = TorqueSource.SERVO
+_STOP_RAMP: Final = TorqueSource.STOP_RAMP
+_DAMPING: Final = TorqueSource.DAMPING
+_MEASURE_MISSING: Final = FaultCode.MEASURE_MISSING
+_SETPOINT_MISSING: Final = FaultCode.SETPOINT_MISSING
+_ERROR_MISSING: Final = FaultCode.ERROR_MISSING
+_ROWS_MISSING: Final = FaultCode.ROWS_MISSING
+_ENCODER_GLITCH: Final = FaultCode.ENCODER_GLITCH
+
 
 def usable_arm(parameters: Parameters) -> Arm | None:
     """The arm of a whole configuration; None if it is incomplete or has a scale that is zero."""
@@ -178,13 +188,13 @@ class JointController:
             if inputs.setpoint is None:
                 node.miss(FaultCode.SETPOINT_MISSING)
             else:
-                node.ladder.clear(FaultCode.SETPOINT_MISSING)
+                node.ladder.clear(_SETPOINT_MISSING)
         gap, self._cycle = sync.cycle - self._cycle, sync.cycle
         self._cycles_unsampled += 1
         if gap > 1:
             self._skip(min(gap, MAX_CYCLE_GAP) - 1)
         if rows.activate(sync.row_set):
-            node.ladder.clear(FaultCode.ROWS_MISSING)
+            node.ladder.clear(_ROWS_MISSING)
         else:
             node.miss(FaultCode.ROWS_MISSING)
         inputs.begin(self.duty.owes_dac)
@@ -198,18 +208,18 @@ class JointController:
             inputs.new_sample = False
             self._take_sample(measure)
         source = self.duty.torque  # after the sample, which may have changed it
-        if source is TorqueSource.SERVO:
+        if source is _SERVO:
             # 2. set-point and sample: own set-point, own error, told to the others
             if not inputs.heard & self._own_bit and measure is not None:
                 self._tell_error()
             # 3. six errors: torque
             if inputs.heard == ALL_ERRORS and not inputs.servoed:
                 inputs.servoed = True
-                self._node.ladder.clear(FaultCode.ERROR_MISSING)
+                self._node.ladder.clear(_ERROR_MISSING)
                 self._drive(self._servo_torque(), self._bias)
-        elif source is TorqueSource.STOP_RAMP and sampled:
+        elif source is _STOP_RAMP and sampled:
             self._drive(self._stop_torque())
-        elif source is TorqueSource.DAMPING and sampled:
+        elif source is _DAMPING and sampled:
             self._drive(self.servo.damped(self.speed, self._rows.gravity))
         elif inputs.reference is not None:
             self._home()
@@ -224,14 +234,14 @@ class JointController:
     def _take_sample(self, measure: Measure) -> None:
         """Angle and speed from the board, watched as the duty says."""
         ladder, duty = self._node.ladder, self.duty
-        ladder.clear(FaultCode.MEASURE_MISSING)
+        ladder.clear(_MEASURE_MISSING)
         speed = measure.velocity_adc * self._rate_per_code
         theta = self.encoder.angle(measure.counts)
         if duty.bridges_encoder:
             if abs(theta - self.theta) > self._max_step * self._cycles_unsampled:
                 theta = self._bridge_encoder_jump(theta, speed)
             else:
-                ladder.clear(FaultCode.ENCODER_GLITCH)
+                ladder.clear(_ENCODER_GLITCH)
         if duty.watches_range:
             self._watch_range(theta, speed)
         self.theta, self.speed = theta, speed
@@ -286,7 +296,7 @@ class JointController:
             return
         self._cycles_held = 0
         self._displacement, self._bias = displacement, inputs.bias or 0.0
-        node.ladder.clear(FaultCode.SETPOINT_MISSING)
+        node.ladder.clear(_SETPOINT_MISSING)
         node.send(frame)
         inputs.take_error(self._index, error, rate, acceleration)
 

@@ -28,6 +28,7 @@ from rfms_can.wire.vocabulary import (
 
 EVERYONE: Final = 0
 _STATES: Final = tuple(NodeState)
+_SYNC_MISSING: Final = FaultCode.SYNC_MISSING
 _PARAMETERS: Final = frozenset(Parameter)
 _DRIVING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
 
@@ -174,7 +175,7 @@ class FieldNode(Endpoint):
         if sync.dbc_hash != self.wire.dbc_hash:
             self._refuse_database(sync)
             return
-        self.ladder.clear(FaultCode.SYNC_MISSING)
+        self.ladder.clear(_SYNC_MISSING)
         self.cycle = sync.cycle
         self.bus_state = _STATES[sync.state]
         if self.config_hash:

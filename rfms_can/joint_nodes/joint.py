@@ -101,29 +101,29 @@ class JointNode(FieldNode):
         self.ignored[f"stale {what}"] += 1
         return True
 
-    def _step(self) -> None:
-        if self.controller is not None:
-            self.controller.step()
-
     def _on_setpoint_1(self, setpoint: Setpoint) -> None:
         if not self._is_stale(setpoint.cycle & 0xFF, "SETPOINT"):
             self.inputs.setpoint = setpoint
-            self._step()
+            if self.controller is not None:
+                self.controller.step()
 
     def _on_setpoint_2(self, setpoint: Setpoint) -> None:
         if not self._is_stale(setpoint.cycle & 0xFF, "SETPOINT"):
             self.inputs.second_setpoint = setpoint
-            self._step()
+            if self.controller is not None:
+                self.controller.step()
 
     def _on_comply(self, comply: Comply) -> None:
         if not self._is_stale(comply.cycle, "COMPLY"):
             self.inputs.displacement = comply[self._index]
-            self._step()
+            if self.controller is not None:
+                self.controller.step()
 
     def _on_bias(self, bias: Bias) -> None:
         if not self._is_stale(bias.cycle, "BIAS"):
             self.inputs.bias = bias[self._index]
-            self._step()
+            if self.controller is not None:
+                self.controller.step()
 
     def _on_measure(self, measure: Measure) -> None:
         controller = self.controller
