@@ -5,10 +5,12 @@ The node reads its duty when a cycle begins and whenever its state or reaction c
 """
 
 from enum import Enum, auto
+from itertools import product
 from typing import Final, NamedTuple
 
-from rfms_can.errors import RfmsError
+from rfms_can.errors import TableError
 from rfms_can.joint_nodes.ladder import Reaction
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import NodeState
 
 
@@ -96,33 +98,24 @@ ROWS: Final[tuple[Row, ...]] = (
 # fmt: on
 
 
-class DutyError(RfmsError):
-    """The table of duties has no row, or two, for a case: a bug, raised at import."""
-
-
 def by_case(rows: tuple[Row, ...]) -> tuple[tuple[tuple[Duty, ...], ...], ...]:
     """The duty by node state, reaction and state in SYNC, in that order of indices.
 
     Raises:
-        DutyError: names the first case without a row, or with two.
+        TableError: names a case without a row, or with two: a bug, raised at import.
     """
     cases: dict[tuple[NodeState, Reaction, NodeState], Duty] = {}
     for state, reactions, bus_states, duty in rows:
-        for case in ((state, r, b) for r in reactions for b in bus_states):
-            if case in cases:
-                raise DutyError(f"two duties for {_named(case)}")
-            cases[case] = duty
-    for case in ((s, r, b) for s in NodeState for r in Reaction for b in NodeState):
-        if case not in cases:
-            raise DutyError(f"no duty for {_named(case)}")
+        for reaction, bus_state in product(reactions, bus_states):
+            if (state, reaction, bus_state) in cases:
+                raise TableError(
+                    f"two duties for {state.name}, {reaction.name}, SYNC {bus_state.name}"
+                )
+            cases[state, reaction, bus_state] = duty
+    complete(cases, product(NodeState, Reaction, NodeState))
     return tuple(
         tuple(tuple(cases[s, r, b] for b in NodeState) for r in Reaction) for s in NodeState
     )
-
-
-def _named(case: tuple[NodeState, Reaction, NodeState]) -> str:
-    state, reaction, bus_state = case
-    return f"state {state.name}, reaction {reaction.name}, SYNC {bus_state.name}"
 
 
 DUTIES: Final = by_case(ROWS)

@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 
 from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.friction import TRANSFER_FRACTION, FrictionCompensation
-from rfms_can.node.tables import require_complete
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import Law, Parameter
 
 DAC_MIN: Final = -2048
@@ -199,13 +199,14 @@ def _inertia_weighted(
     return config.stiffness * error, config.damping * rate, damping, config.weighted_integral
 
 
-LAW_TORQUES: Final[dict[int, LawTorque]] = {
-    Law.PID: _pid,
-    Law.WEIGHTED: _inertia_weighted,
-}
+LAW_TORQUES: Final[Mapping[int, LawTorque]] = complete(
+    {
+        Law.PID: _pid,
+        Law.WEIGHTED: _inertia_weighted,
+    },
+    Law,
+)
 """What each law on the wire makes of an error and its rate."""
-
-require_complete("LAW_TORQUES", LAW_TORQUES, Law)
 
 
 def _dot(row: Sequence[float], values: Sequence[float]) -> float:

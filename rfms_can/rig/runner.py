@@ -104,8 +104,8 @@ def _run(
 def write_down(session: Session, settings: RunSettings, keeper: Record | None) -> None:
     """Complete the record of a run, if there is one."""
     if keeper is not None:
-        supervisor = session.supervisor
-        keeper.settings(settings, supervisor.arm, supervisor.arm_state.zero_counts)
+        master = session.master
+        keeper.settings(settings, master.arm, master.arm_state.zero_counts)
         keeper.commanded(session.commanded)
         if isinstance(session.rig, SimulatedRig):
             if session.rig.watch is not None:
