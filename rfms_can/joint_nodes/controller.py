@@ -221,7 +221,7 @@ class JointController:
             self._drive(self._stop_torque())
         elif source is _DAMPING and sampled:
             self._drive(self.servo.damped(self.speed, self._rows.gravity))
-        elif inputs.reference is not None:
+        elif inputs.reference is not None:  # kept only while the duty is to home, or to hold
             self._home()
 
     def lose_cycle(self) -> None:
