@@ -10,6 +10,7 @@ import numpy as np
 from rfms_can.arm import Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.scene import ROUNDING, Contact, Kind, Scene, Shape, Tool
+from rfms_can.tables import complete
 from rfms_can.transform import Transform, Vector3
 
 GRAVITY: Final = 9.81  # m/s2, along -z of the base
@@ -18,12 +19,15 @@ WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
 TOOL, TIP = "tool", "tip"
 """What the hand holds, and the site of its tip."""
 
-_GEOMETRY: Final = {
-    Kind.BOX: mujoco.mjtGeom.mjGEOM_BOX,
-    Kind.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
-    Kind.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
-    Kind.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
-}
+_GEOMETRY: Final = complete(
+    {
+        Kind.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+        Kind.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+        Kind.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
+        Kind.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
+    },
+    Kind,
+)
 IMPEDANCE: Final = 0.5
 """MuJoCo's d: the part of a contact's acceleration that its constraint prescribes. Less of it, and
 spring and damper need shorter steps; near 1, the spring is lost in what MuJoCo makes rigid."""

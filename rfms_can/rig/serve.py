@@ -14,7 +14,7 @@ from rfms_can.link.address import DEFAULT_NAME, TcpAddress, place_of
 from rfms_can.link.keys import ServerKeys
 from rfms_can.link.server import ServerSocket, check_binding
 from rfms_can.master.server.core import Server
-from rfms_can.master.settings import Clock
+from rfms_can.master.settings import CLOCKS
 from rfms_can.messages import ServerNumbers
 from rfms_can.rig.desk import Desk
 from rfms_can.rig.record import Record
@@ -84,7 +84,7 @@ class Serving:
         keep: bool = False,
     ) -> None:
         master = self._master = rig.master
-        self._clock = master.settings.clock
+        self._clock = CLOCKS[master.settings.clock]
         self._barrier_s = master.settings.barrier_s
         self._interrupted = interrupted
         self._shown = shown
@@ -146,13 +146,14 @@ class Serving:
         if self.server.time_may_pass:
             self._thought_long = False
             return True
-        return self._clock is Clock.LOCKSTEP and (self._thought_long or self.server.holder is None)
+        enough = self._thought_long or self.server.holder is None
+        return enough and self._clock.waits_for_nodes
 
     def _after_event(self) -> bool:
         """Look at the sockets between two steps of the bus; whether the server shall end."""
-        if self._clock is not Clock.VIRTUAL:
+        if not self._clock.in_one_process:
             self._desk.serve()
-            if self._clock is Clock.LOCKSTEP:
+            if self._clock.waits_for_nodes:
                 self._master.timer.paced = not self.server.time_may_pass
         return self._interrupted()
 
@@ -163,10 +164,10 @@ class Serving:
     def _stand_still(self) -> None:
         """No cycle until somebody lets time pass, or in lockstep until nodes have waited enough."""
         limit_s = self._barrier_s * THINKING_PART
-        lockstep = self._clock is Clock.LOCKSTEP
+        waiting = self._clock.waits_for_nodes
         until = time.monotonic() + limit_s
         while not self._over() and not self._may_go_on():
-            left_s = until - time.monotonic() if lockstep else LOOK_S
+            left_s = until - time.monotonic() if waiting else LOOK_S
             self._thought_long = left_s <= 0.0
             self._desk.wait(max(0.0, min(left_s, LOOK_S)))
             self._desk.broadcast()

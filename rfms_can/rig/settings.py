@@ -12,7 +12,7 @@ from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.compliance import LAWS, ControlLaw
 from rfms_can.dynamics.model import FULL, NONE, check_kind
 from rfms_can.errors import RfmsError
-from rfms_can.master.settings import Clock, MasterSettings
+from rfms_can.master.settings import CLOCKS, Clock, MasterSettings
 from rfms_can.plant.physics import physics_steps
 from rfms_can.plant.scene import Scene
 from rfms_can.plant.scene.catalogue import scene_from
@@ -90,15 +90,17 @@ class RunSettings:
         check_kind(self.dynamics)
         if self.calibration:
             load_calibration(Path(self.calibration)).check(arm)
-        choice("clock", self.clock or "virtual", Clock)
         choice("blend", self.blend, Blend)
-        if simulated and self.clock not in ("", "virtual"):
+        one_process = CLOCKS[self.the_clock].in_one_process
+        if simulated and not one_process:
             raise SettingsError(
                 f"clock {self.clock!r} needs processes on a hub or a CAN interface; bus 'sim' "
                 f"runs in virtual time"
             )
-        if not simulated and self.clock == "virtual":
-            raise SettingsError(f"clock 'virtual' is of bus 'sim' alone; {self.bus} takes lockstep")
+        if one_process and not simulated:
+            raise SettingsError(
+                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} takes lockstep"
+            )
         for name in ("barrier", "patience"):
             if not 0.0 < getattr(self, name) <= LONGEST_S:
                 raise SettingsError(

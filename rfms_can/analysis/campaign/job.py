@@ -106,7 +106,7 @@ class Job(NamedTuple):
     Attributes:
         group: what it belongs to.
         seed: draws its misalignment.
-        dither: part of the friction, 0 to 1.
+        dither: fraction of the friction, 0 to 1.
     """
 
     group: Group
