@@ -87,7 +87,7 @@ class CycleTimer:
         """Have the driver fetch what waits to be sent, without waiting for the deadline."""
         self._urgent = True
 
-    def sent(self) -> bool:
+    def take_urgent(self) -> bool:
         """Whether the driver has come for what could not wait; once."""
         urgent, self._urgent = self._urgent, False
         return urgent
