@@ -20,6 +20,7 @@
     │   ├── MoveError           a move that breaks a rule of the trajectory generator
     │   └── LeaseError          another coordinator controls the arm, or the lease has lapsed
     ├── LinkError           no server, no answer, or an invalid message
+    ├── TableError          a table of ours leaves a member out: a bug, found at import
     ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
     └── FaultError          a latched fault ended the run: the arm is safe, the run has failed
 
@@ -98,6 +99,10 @@ class LinkError(RfmsError):
 
 class MoveError(ProgramError, ValueError):
     """A move that breaks a rule of the trajectory generator."""
+
+
+class TableError(RfmsError, LookupError):
+    """One of our own tables has no entry for a member, or one for something else."""
 
 
 class PlantError(RfmsError):

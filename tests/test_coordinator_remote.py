@@ -10,7 +10,7 @@ from support.short_program import program
 from support.statuses import status
 
 from rfms_can.coordinator import Arm, connect, emergency_stop
-from rfms_can.coordinator.conversation import ANSWER_S, Conversation
+from rfms_can.coordinator.conversation import ANSWER_S, UNREAD, Conversation, Lease
 from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.refusals import ERRORS, error_of
 from rfms_can.coordinator.remote import RemoteLink
@@ -24,7 +24,7 @@ from rfms_can.errors import (
     ProgramError,
     TransformError,
 )
-from rfms_can.messages import AtRest, LeaseRequest, MoveRequest, Query, Refusal
+from rfms_can.messages import AtRest, LeaseRequest, MoveRequest, Query, Refusal, Reply
 from rfms_can.rig.session import Session
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
@@ -188,7 +188,7 @@ def out_of_reach(arm: Arm) -> None:
     [
         (unknown_position, ProgramError, "'nowhere'"),
         (unknown_transform, EquationError, "position 'b' is defined already"),
-        (no_rotation, TransformError, "transform 'skew' is no rotation"),
+        (no_rotation, TransformError, "transform 'skew' is not a rotation"),
         (contradiction, ModeError, "mode 'odd': a segment time of 1 s and speed"),
         (out_of_reach, MoveError, "'there' with 'slow'.* reach is"),
     ],
@@ -266,6 +266,17 @@ def test_nonsense_is_a_link_error(socket: CoreSocket, arm: Arm) -> None:
         arm.stop()
 
 
+def test_what_the_server_could_not_read_is_told_where_it_was_asked(
+    socket: CoreSocket, arm: Arm
+) -> None:
+    """Its reply has no number: it must not wait for the next wait to be told."""
+    refusal = Refusal("LinkError", "a message that cannot be read")
+    socket.garble = msgspec.msgpack.encode(Reply(UNREAD, arm.status, None, refusal))
+    with pytest.raises(LinkError, match="a message that cannot be read"):
+        arm.stop()
+    arm.sleep(0.004)  # and the conversation goes on
+
+
 def test_a_server_that_says_nothing_at_first(socket: CoreSocket) -> None:
     socket.deaf = True
     link = RemoteLink(socket, "cell", 1.0, now=socket.now)
@@ -296,7 +307,7 @@ def test_a_lease_that_lapsed_ends_the_program(bench: Bench, socket: CoreSocket, 
     with pytest.raises(LeaseError, match="was not renewed in time"):
         arm.wait()
     assert bench.server.holder is None
-    with pytest.raises(LeaseError, match="nobody controls the arm, or no more"):
+    with pytest.raises(LeaseError, match="this session does not control the arm, or no longer"):
         arm.move("up", "slow")
 
 
@@ -390,6 +401,14 @@ def test_an_emergency_stop_needs_no_lease(bench: Bench, monkeypatch: pytest.Monk
 # --- reading -----------------------------------------------------------------------------------
 
 
+def test_a_lease_is_renewed_three_times_in_its_duration() -> None:
+    lease = Lease("cell", 1.5)
+    assert lease.acquire == LeaseRequest("acquire", "cell", 1.5)
+    assert lease.renew == LeaseRequest("renew", "cell", 1.5)
+    assert (lease.release.action, lease.release.name) == ("release", "cell")
+    assert lease.renewal_s == pytest.approx(0.5)
+
+
 def test_a_late_status_does_not_set_the_clock_back() -> None:
     """In real time: the status with the least delay tells how the clocks differ."""
     conversation = Conversation("bench")
@@ -410,7 +429,7 @@ def test_a_late_status_does_not_set_the_clock_back() -> None:
 
 def test_a_reader_needs_no_lease(bench: Bench, socket: CoreSocket) -> None:
     link = RemoteLink(socket, "reader", 1.0, now=socket.now)
-    with pytest.raises(LeaseError, match="nobody controls the arm"):
+    with pytest.raises(LeaseError, match="this session does not control the arm"):
         link.request(MoveRequest("up", "slow"))
     link.wait(AtRest())
     assert link.status() == bench.server.status()

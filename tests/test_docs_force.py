@@ -6,8 +6,8 @@ import pytest
 
 from rfms_can.compliance import ControlLaw
 from rfms_can.joint_nodes import friction, servo
-from rfms_can.master.force import bias, comply, control, felt
-from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.master.force import bias, comply, control, wrench_estimate
+from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
 from rfms_can.master.start_up.node_parameters import DITHER_PERIODS_S
 
 PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf-8").split())
@@ -18,17 +18,17 @@ PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf
     [
         f"μ = {COMPLIANT_DAMPING:g} 1/s",
         f"1/μ = {1e3 / COMPLIANT_DAMPING:.0f} ms",
-        f"Beyond {comply.FARTHEST:g} m or {comply.FARTHEST_TURN:g} rad",
-        f"at most {bias.BIAS_PART:g} of a torque limit",
-        f"at most {100 * bias.SLEW_PART:g} % of it a cycle",
+        f"Beyond {comply.MAX_DISPLACEMENT:g} m or {comply.MAX_ROTATION:g} rad",
+        f"at most {bias.BIAS_FRACTION:g} of a torque limit",
+        f"at most {100 * bias.SLEW_FRACTION:g} % of it a cycle",
         f"f + {bias.PROPORTIONAL:g} e + {bias.INTEGRAL_RATE:g} ∫e dt",
         f"stops at {bias.INTEGRAL_LIMIT[0]:g} N or {bias.INTEGRAL_LIMIT[5]:g} N m",
-        f"below {bias.TOUCH[0]:g} N and {bias.TOUCH[3]:g} N m felt, the loop is open",
-        f"goes within {bias.SLOWING_S:g} s once it is faster than "
+        f"below {bias.CONTACT[0]:g} N and {bias.CONTACT[3]:g} N m felt, the loop is open",
+        f"goes within {bias.MOVING_FADE_S:g} s once it is faster than "
         f"{1e3 * bias.MOVING[0]:g} mm/s or {bias.MOVING[3]:g} rad/s",
-        f"it fades with a time constant of {bias.FORGET_S:g} s",
+        f"it fades with a time constant of {bias.INTEGRAL_FADE_S:g} s",
         f"an error within {bias.DEAD_BAND[0]:g} N and {bias.DEAD_BAND[3]:g} N m",
-        f"the mean of {felt.TARE_CYCLES} readings",
+        f"the mean of {wrench_estimate.TARE_CYCLES} readings",
         f"beyond {friction.MOVING_CODES:g} ADC codes",
         f"{100 * friction.COMPLYING_PART:g} % of the Coulomb part",
         f"every {1e3 * min(DITHER_PERIODS_S):g} to {1e3 * max(DITHER_PERIODS_S):g} ms",
@@ -41,7 +41,7 @@ def test_a_number_is_the_codes(words: str) -> None:
 
 
 def test_the_way_back_takes_a_fifth_of_the_joints_limits() -> None:
-    assert pytest.approx(0.2) == control.FADE_PART
+    assert pytest.approx(0.2) == control.FADE_FRACTION
     assert "within a fifth of each joint's speed and acceleration limits" in PAGE
 
 

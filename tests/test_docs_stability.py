@@ -8,7 +8,7 @@ import pytest
 from support.command_line import run_here
 
 from rfms_can.analysis.stability import largest_frequency
-from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
 
 PAGE = (Path(__file__).parents[1] / "docs" / "stability.md").read_text(encoding="utf-8")
 EXAMPLES = [

@@ -92,7 +92,7 @@ def test_the_thesis_peg_is_out_of_reach_of_a_260_before_anything_moves() -> None
     kept: list[Trace] = []
     with pytest.raises(MoveError, match=r"hole.*puma260.*reach is 0\.4064 m"):
         run_example("thesis_peg", "puma260", on_cycle=kept.append)
-    assert not any(rate for rate in kept[0].rig.supervisor.motion.commanded.rate)
+    assert not any(rate for rate in kept[0].rig.master.motion.commanded.rate)
     assert all(status.stage == "IDLE" for status in kept[0].statuses)
 
 

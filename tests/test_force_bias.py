@@ -17,20 +17,20 @@ from rfms_can.arm import PUMA_260
 from rfms_can.compliance import Selection, compliance_jacobian
 from rfms_can.kinematics import jacobian
 from rfms_can.master.force.bias import (
-    BIAS_PART,
+    BIAS_FRACTION,
+    CONTACT,
     DEAD_BAND,
-    FORGET_S,
+    INTEGRAL_FADE_S,
     INTEGRAL_LIMIT,
     INTEGRAL_RATE,
+    LOOP_DELAY_S,
     MOVING,
-    PASSAGE_S,
+    MOVING_FADE_S,
     PROPORTIONAL,
-    SLEW_PART,
-    SLOWING_S,
-    TOUCH,
+    SLEW_FRACTION,
     BiasForce,
 )
-from rfms_can.master.force.felt import TARE_CYCLES
+from rfms_can.master.force.wrench_estimate import TARE_CYCLES
 from rfms_can.plant.wrist_sensor import GOOD
 from rfms_can.transform import Transform
 
@@ -55,7 +55,7 @@ def settled(bias: BiasForce, J: Matrix, selection: Selection, force: tuple[float
     """The torque once it has slewed to where it goes."""
     for _ in range(3000):
         before = bias.torque
-        bias.push(J, selection, force, NOTHING)
+        bias.update(J, selection, force, NOTHING)
         if (bias.torque == before).all():
             return bias.torque
     raise AssertionError("it never came to rest")
@@ -93,18 +93,18 @@ def test_no_torque_changes_by_more_than_a_hundredth_of_its_limit_a_cycle(
     before = bias.torque
     for force, pushes in asked:
         if pushes:
-            bias.push(J, ALL, force, NOTHING)
+            bias.update(J, ALL, force, NOTHING)
         else:
             bias.relax()
         step = np.abs(bias.torque - before)
-        assert (step <= SLEW_PART * np.array(LIMITS) * (1.0 + 1e-9)).all()
+        assert (step <= SLEW_FRACTION * np.array(LIMITS) * (1.0 + 1e-9)).all()
         before = bias.torque
 
 
 def test_relaxed_it_is_gone_exactly() -> None:
     bias = BiasForce(LIMITS, T, closed=True)
     for _ in range(40):
-        bias.push(at(), ALL, (10.0, -5.0, 20.0, 0.5, 0.0, -0.3), NOTHING)
+        bias.update(at(), ALL, (10.0, -5.0, 20.0, 0.5, 0.0, -0.3), NOTHING)
     assert bias.active
     cycles = 0
     while bias.active:
@@ -118,7 +118,7 @@ def test_an_open_loop_does_not_ask_what_is_felt() -> None:
     J, force = at(), (0.0, 0.0, 12.0, 0.0, 0.0, 0.0)
     bias = BiasForce(LIMITS, T, closed=False)
     for k in range(200):
-        bias.push(J, ALL, force, (5.0 * k,) * 6)
+        bias.update(J, ALL, force, (5.0 * k,) * 6)
     assert bias.torque.tolist() == pytest.approx((J.T @ force).tolist())
 
 
@@ -131,12 +131,12 @@ class Contact:
     def __init__(self, hidden: tuple[float, ...] = NOTHING, delay: int = 3) -> None:
         self.J = at()
         self.hidden = np.array(hidden)
-        self._way: deque[Matrix] = deque([np.zeros(6)] * (delay - 1))
+        self._displacement: deque[Matrix] = deque([np.zeros(6)] * (delay - 1))
 
     def felt(self, torque: Matrix) -> list[float]:
         """The force read now, of the torque some periods ago."""
-        self._way.append(torque)
-        force = np.linalg.solve(self.J.T, self._way.popleft())
+        self._displacement.append(torque)
+        force = np.linalg.solve(self.J.T, self._displacement.popleft())
         return [float(f) for f in force - self.hidden]
 
 
@@ -146,7 +146,7 @@ def run(bias: BiasForce, contact: Contact, force: tuple[float, ...], cycles: int
     for _ in range(cycles):
         felt = contact.felt(bias.torque)
         seen.append(felt)
-        bias.push(contact.J, ALL, force, felt)
+        bias.update(contact.J, ALL, force, felt)
     return np.array(seen)
 
 
@@ -213,12 +213,12 @@ def test_the_integral_of_a_force_that_cannot_be_has_a_limit(sign: float) -> None
     """What is touched gives way: the correction has a bound, and goes back as soon as it may."""
     bias, J = BiasForce([1e6] * 6, T, closed=True), at()
     for _ in range(5000):
-        bias.push(J, ALL, tuple(sign * f for f in FORCE), tuple(sign * f for f in GIVES_WAY))
+        bias.update(J, ALL, tuple(sign * f for f in FORCE), tuple(sign * f for f in GIVES_WAY))
     most = [abs(f) * (1.0 + PROPORTIONAL) + i for f, i in zip(FORCE, INTEGRAL_LIMIT, strict=True)]
     asked = np.linalg.solve(J.T, bias.torque)
     assert (np.abs(asked) <= np.array(most) + 1e-9).all()
     assert abs(asked[2]) == pytest.approx(most[2])
-    bias.push(J, ALL, tuple(sign * f for f in FORCE), tuple(2.0 * sign * f for f in FORCE))
+    bias.update(J, ALL, tuple(sign * f for f in FORCE), tuple(2.0 * sign * f for f in FORCE))
     assert (np.abs(np.linalg.solve(J.T, bias.torque)) < np.abs(asked)).all()
 
 
@@ -226,14 +226,14 @@ def test_no_joint_is_asked_for_more_than_its_part_and_the_force_keeps_its_direct
     """What is touched gives way: the integral stops where the first joint gives what it can."""
     bias, J = BiasForce(LIMITS, T, closed=True), at()
     for _ in range(5000):
-        bias.push(J, ALL, FORCE, GIVES_WAY)
-        assert (np.abs(bias.torque) <= BIAS_PART * np.array(LIMITS) * (1.0 + 1e-9)).all()
+        bias.update(J, ALL, FORCE, GIVES_WAY)
+        assert (np.abs(bias.torque) <= BIAS_FRACTION * np.array(LIMITS) * (1.0 + 1e-9)).all()
     share = np.abs(bias.torque) / LIMITS
-    assert share.max() == pytest.approx(BIAS_PART)
-    bias.push(J, ALL, FORCE, tuple(1.5 * f for f in FORCE))
+    assert share.max() == pytest.approx(BIAS_FRACTION)
+    bias.update(J, ALL, FORCE, tuple(1.5 * f for f in FORCE))
     cycles = 0
-    while share.max() > 0.5 * BIAS_PART:  # and comes back at once, as fast as it may
-        bias.push(J, ALL, FORCE, tuple(1.5 * f for f in FORCE))
+    while share.max() > 0.5 * BIAS_FRACTION:  # and comes back at once, as fast as it may
+        bias.update(J, ALL, FORCE, tuple(1.5 * f for f in FORCE))
         share = np.abs(bias.torque) / LIMITS
         cycles += 1
     assert cycles < 250
@@ -242,17 +242,17 @@ def test_no_joint_is_asked_for_more_than_its_part_and_the_force_keeps_its_direct
 def test_what_is_rigid_is_not_corrected() -> None:
     bias, J, selection = BiasForce(LIMITS, T, closed=True), at(), Selection.parse("fz")
     for _ in range(500):
-        bias.push(J, selection, (0, 0, 5.0, 0, 0, 0), (9.0, -9.0, 5.0, 1.0, 1.0, 1.0))
+        bias.update(J, selection, (0, 0, 5.0, 0, 0, 0), (9.0, -9.0, 5.0, 1.0, 1.0, 1.0))
     assert bias.torque.tolist() == pytest.approx((J.T @ [0, 0, 5.0, 0, 0, 0]).tolist())
 
 
 def test_another_specification_begins_without_the_integral_of_the_last() -> None:
     bias, J = BiasForce(LIMITS, T, closed=True), at()
     for _ in range(500):
-        bias.push(J, ALL, FORCE, NOTHING)
+        bias.update(J, ALL, FORCE, NOTHING)
     bias.begin()
     for _ in range(300):
-        bias.push(J, ALL, FORCE, FORCE)
+        bias.update(J, ALL, FORCE, FORCE)
     assert bias.torque.tolist() == pytest.approx((J.T @ FORCE).tolist())
 
 
@@ -260,11 +260,11 @@ def test_the_loop_closes_when_what_the_joints_pressed_with_has_gone_out() -> Non
     """Or the integral would answer it, and miss it a moment later: the tool left the wall."""
     bias, J, twice = BiasForce([1e6] * 6, T, closed=True), at(), tuple(2.0 * f for f in FORCE)
     bias.begin()
-    for _ in range(round(PASSAGE_S / T)):
-        bias.push(J, ALL, FORCE, twice)
+    for _ in range(round(LOOP_DELAY_S / T)):
+        bias.update(J, ALL, FORCE, twice)
     assert bias.torque.tolist() == pytest.approx((J.T @ FORCE).tolist())
     for _ in range(50):
-        bias.push(J, ALL, FORCE, twice)
+        bias.update(J, ALL, FORCE, twice)
     assert np.linalg.solve(J.T, bias.torque)[2] < FORCE[2]
 
 
@@ -275,7 +275,7 @@ def test_the_integrals_rate_does_not_depend_on_the_control_rate() -> None:
         bias = BiasForce([1e6] * 6, period, closed=True)
         J = np.eye(6)
         for _ in range(round(seconds / period)):
-            bias.push(J, ALL, FORCE, GIVES_WAY)
+            bias.update(J, ALL, FORCE, GIVES_WAY)
         reached.append(bias.torque[2])
     expected = FORCE[2] * (1.0 + PROPORTIONAL + INTEGRAL_RATE * seconds)
     assert reached == pytest.approx([expected] * 3)
@@ -289,7 +289,7 @@ def closed(cycles: int, force: tuple[float, ...], felt: Iterable[Sequence[float]
     """A closed loop after some cycles."""
     bias, J = BiasForce([1e6] * 6, T, closed=True), at()
     for _, now in zip(range(cycles), felt, strict=False):
-        bias.push(J, ALL, force, now)
+        bias.update(J, ALL, force, now)
     return bias
 
 
@@ -297,7 +297,7 @@ def test_in_the_air_the_integral_grows_as_long_as_the_arm_does_not_move() -> Non
     """So an arm that looks for contact gets going, whatever holds it."""
     bias, J = BiasForce([1e6] * 6, T, closed=True), at()
     for _ in range(40000):
-        bias.push(J, ALL, FORCE, NOTHING)
+        bias.update(J, ALL, FORCE, NOTHING)
     force = (1.0 + PROPORTIONAL) * np.array(FORCE) + np.sign(FORCE) * INTEGRAL_LIMIT
     assert np.linalg.solve(J.T, bias.torque).tolist() == pytest.approx(force.tolist())
 
@@ -306,9 +306,9 @@ def test_once_the_arm_moves_its_integral_goes_at_once() -> None:
     """So that what is looked for is met by the force asked for, and not by what friction needed."""
     bias, J = BiasForce([1e6] * 6, T, closed=True), at()
     for _ in range(8000):
-        bias.push(J, ALL, FORCE, NOTHING)
-    for _ in range(round(5.0 * SLOWING_S / T)):
-        bias.push(J, ALL, FORCE, NOTHING, [2.0 * T * speed for speed in MOVING])
+        bias.update(J, ALL, FORCE, NOTHING)
+    for _ in range(round(5.0 * MOVING_FADE_S / T)):
+        bias.update(J, ALL, FORCE, NOTHING, [2.0 * T * speed for speed in MOVING])
     left = np.linalg.solve(J.T, bias.torque) - (1.0 + PROPORTIONAL) * np.array(FORCE)
     assert (np.abs(left) < 0.01 * np.array(INTEGRAL_LIMIT)).all()
 
@@ -319,7 +319,7 @@ def test_an_arm_that_has_left_contact_by_an_integral_comes_back() -> None:
     few, many = (0.0, 0.0, 1.5, 0.0, 0.0, 0.0), (0.0, 0.0, 9.0, 0.0, 0.0, 0.0)
     pushes = []
     for felt in (*[many] * 75, *[NOTHING] * 500):
-        bias.push(J, ALL, few, felt)
+        bias.update(J, ALL, few, felt)
         pushes.append(bias.torque[2])
     assert pushes[74] < -20.0
     turned = next(k for k, push in enumerate(pushes[75:]) if push > few[2])
@@ -335,7 +335,7 @@ def test_what_a_tare_leaves_over_and_noise_send_a_free_arm_nowhere(seed: int) ->
     readings = ([m + draw.gauss(0.0, n) for m, n in zip(left, noise, strict=True)] for _ in count())
     bias = closed(15000, NOTHING, readings)
     force = np.linalg.solve(at().T, bias.torque)
-    assert (np.abs(force) < 0.1 * np.array(TOUCH)).all()
+    assert (np.abs(force) < 0.1 * np.array(CONTACT)).all()
 
 
 @given(st.tuples(*[st.floats(-1.0, 1.0)] * 5))
@@ -345,13 +345,13 @@ def test_beside_a_contact_too_an_error_within_the_dead_band_is_none(parts: Any) 
     x, y, *turns = (part * band for part, band in zip(parts, np.delete(DEAD_BAND, 2), strict=True))
     bias, J, others = BiasForce(LIMITS, T, closed=True), at(), Selection.parse("fx fy rx ry rz")
     for _ in range(500):
-        bias.push(J, others, NOTHING, (x, y, 20.0, *turns))
+        bias.update(J, others, NOTHING, (x, y, 20.0, *turns))
     assert bias.torque.tolist() == [0.0] * 6
 
 
 def test_the_integral_goes_where_nothing_is_felt_any_more() -> None:
     """What friction needed at the wall would push an arm on that has left it."""
-    left = round(FORGET_S / T)
+    left = round(INTEGRAL_FADE_S / T)
     felt = [*[(4.0, 0.0, 0.0, 0.0, 0.0, 0.0)] * 200, *[NOTHING] * left]
     before, after = (
         np.linalg.solve(at().T, closed(n, NOTHING, felt).torque)[0] for n in (200, 200 + left)
@@ -365,4 +365,4 @@ def test_a_force_of_none_is_reached_to_within_what_counts_as_contact() -> None:
     hidden = (2.0, 1.0, -5.0, 0.3, 0.0, -0.1)
     bias, contact = BiasForce([1e6] * 6, T, closed=True), Contact(hidden)
     felt = np.abs(run(bias, contact, NOTHING, 1500))[-1]
-    assert (felt < 1.1 * np.array(TOUCH)).all()  # the bus is three periods late
+    assert (felt < 1.1 * np.array(CONTACT)).all()  # the bus is three periods late

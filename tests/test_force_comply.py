@@ -13,7 +13,7 @@ from rfms_can.arm import PUMA_260, PUMA_560
 from rfms_can.compliance import Selection, compliance_jacobian
 from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import direct, jacobian
-from rfms_can.master.force.comply import FARTHEST, FARTHEST_TURN, Comply
+from rfms_can.master.force.comply import MAX_DISPLACEMENT, MAX_ROTATION, Comply
 from rfms_can.master.force.fade import Fade
 from rfms_can.transform import Transform, differential_operator
 
@@ -55,7 +55,7 @@ def test_an_arm_pushed_where_it_complies_is_followed_by_its_set_point() -> None:
     pushed = 0.004 * np.linalg.solve(frame_jacobian(Q, TOOL), [1.0, 0, 0, 0, 0, 0])
     comply = Comply(PUMA_260, math.inf)
     J = frame_jacobian((np.array(Q) + pushed).tolist(), TOOL)
-    comply.take((-pushed).tolist(), J, Selection.parse("fx"), TOOL)  # set-point less encoder
+    comply.accumulate((-pushed).tolist(), J, Selection.parse("fx"), TOOL)  # set-point less encoder
     assert comply.follow(Q) == pytest.approx(pushed.tolist(), rel=0.03, abs=1e-3)
     assert comply.amount(TOOL) == pytest.approx((0.004, 0, 0, 0, 0, 0), abs=1e-5)
 
@@ -63,7 +63,7 @@ def test_an_arm_pushed_where_it_complies_is_followed_by_its_set_point() -> None:
 def test_an_arm_pushed_where_it_is_rigid_is_not_followed() -> None:
     pushed = 0.004 * np.linalg.solve(frame_jacobian(Q, TOOL), [0.0, 1.0, 0, 0, 0, 0])
     comply = Comply(PUMA_260, math.inf)
-    comply.take((-pushed).tolist(), frame_jacobian(Q, TOOL), Selection.parse("fx rz"), TOOL)
+    comply.accumulate((-pushed).tolist(), frame_jacobian(Q, TOOL), Selection.parse("fx rz"), TOOL)
     assert comply.follow(Q) == pytest.approx((0.0,) * 6, abs=1e-9)
 
 
@@ -75,7 +75,7 @@ def test_the_set_point_comes_to_the_arm_and_stays_there() -> None:
     J = frame_jacobian(actual.tolist(), TOOL)
     for _ in range(8):
         displaced = np.array(Q) + np.array(comply.follow(Q))
-        comply.take((displaced - actual).tolist(), J, ALL, TOOL)
+        comply.accumulate((displaced - actual).tolist(), J, ALL, TOOL)
     assert comply.follow(Q) == pytest.approx(pushed.tolist(), abs=1e-12)
     seen = direct(PUMA_260, Q) @ comply.transform  # the other way: T6 = T_cmd X
     assert seen == pytest.approx(direct(PUMA_260, angles(actual.tolist())), abs=1e-12)
@@ -92,7 +92,7 @@ def test_what_is_added_is_the_exponential_of_delta_with_0_in_its_corner(
     expected = np.eye(4)
     E = four(TOOL)
     for _ in range(3):
-        comply.take(errors, J, selection, TOOL)
+        comply.accumulate(errors, J, selection, TOOL)
         dx, dy, dz, rx, ry, rz = np.where(selection.mask, -(J @ errors), 0.0).tolist()
         delta = np.array(differential_operator((dx, dy, dz, rx, ry, rz)))
         assert delta[3, 3] == 0.0
@@ -105,7 +105,7 @@ def test_a_hundred_thousand_steps_leave_it_a_rotation() -> None:
     comply, J = Comply(PUMA_260, math.inf), frame_jacobian(Q, TOOL)
     rng = np.random.default_rng(1)
     for step in rng.normal(scale=1e-3, size=(100_000, 6)).tolist():
-        comply.take(step, J, ALL, TOOL)
+        comply.accumulate(step, J, ALL, TOOL)
     assert comply.transform.rigidity_error() < 1e-14
 
 
@@ -163,20 +163,23 @@ def test_a_pose_that_cannot_be_reached_is_told_by_name() -> None:
 @pytest.mark.parametrize(
     ("gone", "words"),
     [
-        (Transform.translation(0.0, -1.01 * FARTHEST, 0.0), r"0\.202 m and 0\.00 rad astray"),
-        (Transform.rotation((0, 1, 0), 1.01 * FARTHEST_TURN), r"0\.000 m and 0\.61 rad astray"),
+        (
+            Transform.translation(0.0, -1.01 * MAX_DISPLACEMENT, 0.0),
+            r"0\.202 m and 0\.00 rad",
+        ),
+        (Transform.rotation((0, 1, 0), 1.01 * MAX_ROTATION), r"0\.000 m and 0\.61 rad"),
     ],
 )
 def test_gone_too_far_is_said_with_the_bound_and_a_way_out(gone: Transform, words: str) -> None:
     comply = Comply(PUMA_260, math.inf)
     comply.transform = gone
-    assert comply.astray() is not None
+    assert comply.limit_violation() is not None
     with pytest.raises(AssertionError, match=words + r", 0\.2 m and 0\.6 rad at most: comply only"):
-        raise AssertionError(comply.astray())
-    comply.transform = Transform.translation(0.0, 0.99 * FARTHEST, 0.0) @ Transform.rotation(
-        (0, 0, 1), 0.99 * FARTHEST_TURN
-    )
-    assert comply.astray() is None
+        raise AssertionError(comply.limit_violation())
+    comply.transform = Transform.translation(
+        0.0, 0.99 * MAX_DISPLACEMENT, 0.0
+    ) @ Transform.rotation((0, 0, 1), 0.99 * MAX_ROTATION)
+    assert comply.limit_violation() is None
 
 
 # --- the way back ------------------------------------------------------------------------------
@@ -253,7 +256,7 @@ def test_complying_again_on_the_way_back_goes_on_from_there() -> None:
     for _ in range(20):
         half = np.array(comply.follow(Q))
     assert np.abs(half).max() < 0.6 * np.abs(first).max()
-    comply.take((0.0,) * 6, frame_jacobian(Q, TOOL), ALL, TOOL)
+    comply.accumulate((0.0,) * 6, frame_jacobian(Q, TOOL), ALL, TOOL)
     assert comply.follow(Q) == pytest.approx(half.tolist(), abs=1e-12)
     assert comply.follow(Q) == pytest.approx(half.tolist(), abs=1e-12)  # no fade goes on
 

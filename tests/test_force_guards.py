@@ -145,8 +145,11 @@ def test_a_mode_says_what_stops_it_by_words() -> None:
 @pytest.mark.parametrize(
     ("more", "complaint"),
     [
-        ({"stop_on_force": {"dz": 3.0}}, "stop on force: 'dz' is no direction: there are fx, fy"),
-        ({"stop_on_distance": {"fz": 3.0}}, "stop on distance: 'fz' is no direction: .* dx, dy"),
+        (
+            {"stop_on_force": {"dz": 3.0}},
+            "stop on force: 'dz' is not a direction: there are fx, fy",
+        ),
+        ({"stop_on_distance": {"fz": 3.0}}, "stop on distance: 'fz' is not a direction: .* dx, dy"),
         ({"stop_on_force": {"fz": 0.0}}, "stop on force: fz 0.0 must be more than zero"),
         ({"stop_on_force": {"fz": -4.0}}, "stop on force: fz -4.0 must be more than zero"),
         ({"stop_on_force": {"fz": math.nan}}, "fz nan must be more than zero"),

@@ -57,7 +57,7 @@ class Quiet:
         self.begun.append(experiment.name)
 
     def cycles(self, session: Session) -> None:
-        assert session.supervisor.fault is None
+        assert session.master.fault is None
 
     def end(self, experiment: Experiment, kept: bool) -> None:
         self.ended.append((experiment.name, kept))

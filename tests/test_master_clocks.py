@@ -7,7 +7,7 @@ import pytest
 from support.nodes_rig import Fleet
 
 from rfms_can.master.phases import Phase
-from rfms_can.master.settings import Clock
+from rfms_can.master.settings import CLOCKS, Clock, MasterSettings
 from rfms_can.messages import GripperRequest
 from rfms_can.wire.contract import MESSAGES, Wire
 from rfms_can.wire.frame import Frame
@@ -33,6 +33,14 @@ def stream(fleet: Fleet, cycles: int) -> dict[int, list[bytes]]:
     for frame in fleet.pump.sent[first:]:
         frames.setdefault(frame.id, []).append(frame.data)
     return frames
+
+
+def test_the_barrier_bounds_a_cycle_only_where_it_waits_for_nodes() -> None:
+    limits = {clock: MasterSettings(clock=clock, barrier_s=3.0).cycle_limit_ns for clock in Clock}
+    assert limits == {
+        clock: 3_000_000_000 if CLOCKS[clock].waits_for_nodes else 4_000_000 for clock in Clock
+    }
+    assert CLOCKS[Clock.LOCKSTEP].waits_for_nodes
 
 
 def test_virtual_time_and_lockstep_send_the_same_frames(wire: Wire) -> None:
@@ -106,7 +114,7 @@ def test_a_frame_lost_now_and_then_disturbs_nothing_for_long(
     fleet.run(250)
     assert fleet.master.fault is None
     assert doomed
-    assert max(map(abs, fleet.master.errors)) < math.radians(0.3)
+    assert max(map(abs, fleet.master.inputs.errors)) < math.radians(0.3)
 
 
 def _kind(record: type[NamedTuple]) -> str:

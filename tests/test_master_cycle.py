@@ -6,14 +6,15 @@ from support.node_bench import PERIOD_NS
 from support.nodes_rig import Fleet
 
 from rfms_can.arm import PUMA_260
+from rfms_can.arm.load import NOTHING
 from rfms_can.compliance import ControlLaw, Selection, compliance_jacobian
 from rfms_can.dynamics.model import FULL, make_dynamics
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import MoveError, ProgramError
 from rfms_can.kinematics import direct
-from rfms_can.master.force.specification import Compliance
-from rfms_can.master.math_processor import COMPLIANT_DAMPING, MathProcessor
 from rfms_can.master.phases import Phase
+from rfms_can.master.rows.compliance import Compliance
+from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING, MathProcessor
 from rfms_can.messages import (
     GripperRequest,
     ModeMessage,
@@ -104,12 +105,13 @@ def test_weighted_rows_are_the_inertia_times_the_compliance() -> None:
         (ControlLaw.HYBRID, C, dynamics.M, Law.PID),
     ):
         math_processor = MathProcessor(PUMA_260, make_dynamics(PUMA_260, FULL), law)
-        math_processor.compliance = Compliance().changed(selection, frame)
-        number, rows = math_processor.rows(q)
-        for i, row in enumerate(rows):
+        compliance = Compliance().changed(selection, frame)
+        rows = math_processor.rows(7, q, compliance, NOTHING)
+        assert (rows.number, rows.compliance) == (7, compliance)
+        for i, row in enumerate(rows.values):
             assert row[:6] == pytest.approx(first[i], abs=1e-9)
             assert row[6:12] == pytest.approx(second[i], abs=1e-9)
-            assert row[13:] == (number, wire, COMPLIANT_DAMPING, 0b100001, 1)
+            assert row[13:] == (7, wire, COMPLIANT_DAMPING, 0b100001, 1)
 
 
 def test_sync_names_the_set_that_went_out_in_the_cycle_before(fleet: Fleet) -> None:

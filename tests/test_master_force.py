@@ -183,7 +183,7 @@ def test_bias_goes_out_in_the_cycle_of_its_set_point_and_comes_to_the_motors(
     told = np.array([list(bias[:6]) for bias in fleet.said("BIAS", since)])
     limits = np.array([drive.torque_limit for drive in fleet.master.arm.drives])
     assert (np.abs(np.diff(told, axis=0)) <= 0.01001 * limits).all()
-    fine = [p[1] for p in fleet.master._codes]
+    fine = [p[1] for p in fleet.master.inputs._torque_scales]
     for joint in JOINTS:
         code = fleet.said(f"DAC_{joint}", since)[-1].force_dac
         assert code * fine[joint - 1] == pytest.approx(
@@ -370,7 +370,7 @@ def test_an_arm_pushed_too_far_halts_with_the_reason(fleet: PushedFleet) -> None
     fleet.run(10)
     fleet.push = (0.0, 4.0, 0.0, 0.0, 0.0, 0.0)
     reason = fleet.halted()
-    assert re.match(r"compliance has let the arm go 0\.2\d\d m and 0\.\d\d rad astray", reason)
+    assert re.match(r"compliance has displaced the arm by 0\.2\d\d m and 0\.\d\d rad, ", reason)
     fleet.push = (0.0,) * 6
     fleet.run(60)
     assert {node.state for node in fleet.joints} == {NodeState.QUICKSTOP}
@@ -379,7 +379,7 @@ def test_an_arm_pushed_too_far_halts_with_the_reason(fleet: PushedFleet) -> None
 def test_pushed_out_of_reach_it_halts_safely(
     fleet: PushedFleet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rfms_can.master.force.comply.FARTHEST", 2.0)
+    monkeypatch.setattr("rfms_can.master.force.comply.MAX_DISPLACEMENT", 2.0)
     fleet.comply("fx")
     fleet.move()
     fleet.run(10)
@@ -399,7 +399,7 @@ def test_what_a_tool_weighs_comes_without_a_step_and_is_compensated(fleet: Pushe
     assert sorted(set(numbers)) == [0, 1]
     jump = abs(rows[numbers.index(1)].gravity - rows[numbers.index(1) - 1].gravity)
     assert jump > 0.5
-    scale = abs(fleet.master._codes[1][0])
+    scale = abs(fleet.master.inputs._torque_scales[1][0])
     torques = np.array([dac.current_dac for dac in fleet.said("DAC_2", since)]) * scale
     assert np.abs(np.diff(torques)).max() < 0.6 * jump
 
@@ -454,7 +454,7 @@ def test_an_arm_without_a_model_complies_by_the_inertia_of_its_gains(wire: Wire)
 
 
 def test_singularities_met_while_complying_are_told_once_each(fleet: PushedFleet) -> None:
-    reported = fleet.master.broadcast.math.complying.reported
+    reported = fleet.master.rows.reported
     way = 0.02 - fleet.master.arm.park[4]  # theta5 to a degree from zero
     fleet.settle(fleet.move((0.0, 0.0, 0.0, 0.0, way, 0.0), 1.5))
     assert reported == []

@@ -10,7 +10,7 @@ from rfms_can.arm.wrist import FORCE_RANGE
 from rfms_can.compliance import SelectionError
 from rfms_can.errors import MoveError, ProgramError
 from rfms_can.kinematics import direct
-from rfms_can.master.force.felt import TARE_CYCLES
+from rfms_can.master.force.wrench_estimate import TARE_CYCLES
 from rfms_can.master.report import status_of
 from rfms_can.messages import PositionMessage, TareRequest, TransformMessage
 from rfms_can.transform import Transform
@@ -130,7 +130,7 @@ def test_a_stop_force_that_is_never_felt_is_refused(wire: Wire, sensor: str) -> 
     fleet = PushedFleet(wire, friction="none", sensor=sensor)
     fleet.enable()
     fleet.run(3)
-    reason = r"stop on force fz 1e\+06: no more than (\d+\.?\d*) is ever felt there; give less"
+    reason = r"stop on force fz 1e\+06: no more than (\d+\.?\d*) can be measured there; give less"
     with pytest.raises(MoveError, match=reason) as refused:
         fleet.move(stop_on_force={"fz": 1e6})
     found = re.search(reason, str(refused.value))

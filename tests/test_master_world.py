@@ -166,7 +166,7 @@ def test_the_arm_itself_cannot_be_defined(world: WorldModel) -> None:
     ],
 )
 def test_what_is_no_rotation_is_no_transform(world: WorldModel, broken: Transform) -> None:
-    with pytest.raises(TransformError, match="transform 'shift' is no rotation: off by"):
+    with pytest.raises(TransformError, match="transform 'shift' is not a rotation: off by"):
         world.define_transform(TransformMessage("shift", broken))
     assert world.define_position(position("t6", "shift")).goal.pose(Moment(0)) == SHIFT
 
@@ -191,7 +191,7 @@ def test_a_configuration_that_does_not_exist(world: WorldModel) -> None:
 
 @pytest.fixture
 def motion() -> Motion:
-    motion = Motion(PUMA_260, PERIOD_S, Blend.CONTINUOUS)
+    motion = Motion(PUMA_260, PERIOD_S, Blend.CONTINUOUS, lambda *_: None)
     motion.enable(PUMA_260.park)
     return motion
 
@@ -271,7 +271,7 @@ def test_stop_ends_at_rest_and_new_moves_go_on_from_there(motion: Motion) -> Non
 
 
 def test_requests_that_are_not_motions_are_refused(motion: Motion) -> None:
-    with pytest.raises(ProgramError, match="GripperRequest is no request for motion"):
+    with pytest.raises(ProgramError, match="GripperRequest is not a request for motion"):
         motion.handle(GripperRequest(True))
-    with pytest.raises(ProgramError, match="Message is no request for motion"):
+    with pytest.raises(ProgramError, match="Message is not a request for motion"):
         motion.handle(Message())

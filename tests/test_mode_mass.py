@@ -44,9 +44,9 @@ def test_the_master_compensates_for_it_from_the_move_on_that_has_it() -> None:
 
     def gain() -> float:
         """Gravity of joint 2 in the rows, less that of the bare arm."""
-        master = rigs[0].supervisor
+        master = rigs[0].master
         bare = ArmDynamics(PUMA_560).gravity(master.arm_state.q)[1]
-        return float(master.broadcast.math.dynamics.g[1] - bare)
+        return float(master.rows.newest.gravity[1] - bare)
 
     def program(arm: Arm) -> None:
         tool = arm.transform("tool", Transform.translation(0.0, 0.0, REACH))

@@ -49,8 +49,8 @@ class Watched:
 
     def assert_safe(self) -> None:
         """All brakes on, the master through with it, the arm at a standstill."""
-        assert all(self.rig.supervisor.arm_state.braked)
-        assert self.rig.supervisor.phase is Phase.END
+        assert all(self.rig.master.arm_state.braked)
+        assert self.rig.master.phase is Phase.END
         assert max(map(abs, self.rig.plant.physics.true_qd)) < 1e-3
 
 
@@ -122,7 +122,7 @@ def test_a_program_s_error_stops_the_moving_arm_on_its_path(watched: Watched) ->
     with pytest.raises(ProgramError, match="enough"):
         execute(program, RunSettings(), watch=watched)
     watched.assert_safe()
-    assert watched.rig.supervisor.fault is None
+    assert watched.rig.master.fault is None
 
 
 def test_a_refused_request_changes_nothing(watched: Watched) -> None:
@@ -183,7 +183,7 @@ def test_an_interrupt_leaves_the_arm_braked(watched: Watched, at: str) -> None:
         interrupt.signal = signal.SIGTERM
     with pytest.raises(KeyboardInterrupt):
         execute(program, RunSettings(), watch=watched, interrupted=interrupt)
-    assert watched.rig.supervisor.phase is Phase.END
+    assert watched.rig.master.phase is Phase.END
     if at == "while it moves":
         watched.assert_safe()
         assert interrupt.exit_code == 130
@@ -202,8 +202,8 @@ def test_an_arm_that_never_rests_is_braked_after_a_while(
 
     with pytest.raises(ProgramError, match="enough"):
         execute(program, RunSettings(), watch=watched)
-    assert watched.rig.supervisor.phase is Phase.END
-    assert watched.rig.supervisor.statistics.cycles >= STOPPING_S * RunSettings().rate
+    assert watched.rig.master.phase is Phase.END
+    assert watched.rig.master.statistics.cycles >= STOPPING_S * RunSettings().rate
     watched.assert_safe()
 
 

@@ -56,7 +56,7 @@ def right(bench: Bench) -> Coordinator:
 def test_without_a_lease_nothing_is_asked_of_the_arm(left: Coordinator) -> None:
     error, reason = left.refused(TransformMessage("a", HOME))
     assert error == "LeaseError"
-    assert "nobody controls the arm" in reason
+    assert "this session does not control the arm" in reason
     assert left.done(Query()).status.lease is None
 
 
@@ -158,7 +158,7 @@ def test_a_lapse_stops_an_arm_that_follows_a_moving_goal(
     assert (status.at_rest, status.phase, status.fault) == (True, "RUN", None)
     assert apart(bench.t6, lapsed_at) < 0.05
     bench.cycles(100)
-    assert not any(bench.supervisor.motion.commanded.rate)
+    assert not any(bench.master.motion.commanded.rate)
     assert apart(Transform(*status.t6), bench.t6) < 1e-3
 
 
@@ -365,8 +365,8 @@ def test_an_emergency_stop_acts_within_one_cycle(
     fault = "emergency stop by 'door': 'opened'"
     assert reply.refusal is not None
     assert (reply.refusal.error, reply.refusal.reason) == ("FaultError", fault)
-    assert bench.supervisor.fault == fault
-    assert bench.supervisor.phase is Phase.HALT
+    assert bench.master.fault == fault
+    assert bench.master.phase is Phase.HALT
     bench.cycles(1)
     sent = [frame.id for frame in bench.frames]
     assert wire.id(Estop) in sent, "out before the next cycle closes"
@@ -376,7 +376,7 @@ def test_an_emergency_stop_acts_within_one_cycle(
     bench.cycles(125)
     assert wire.id(Setpoint, 1) not in {frame.id for frame in bench.frames}
     assert bench.server.time_may_pass
-    assert all(bench.supervisor.arm_state.braked)
+    assert all(bench.master.arm_state.braked)
     assert bench.server.status().fault == fault
     assert left.refused(StopRequest()) == ("FaultError", fault)
     assert left.refused(WaitRequest([AtRest()])) == ("FaultError", fault)
@@ -386,7 +386,7 @@ def test_an_emergency_stop_acts_within_one_cycle(
 def test_the_first_fault_stays(bench: Bench) -> None:
     bench.emergency("door")
     bench.emergency("window", "later")
-    assert bench.supervisor.fault == "emergency stop by 'door'"
+    assert bench.master.fault == "emergency stop by 'door'"
     assert bench.server.numbers().emergencies == 2
 
 
@@ -395,14 +395,14 @@ def test_the_first_fault_stays(bench: Bench) -> None:
 )
 def test_what_is_no_emergency_stop_stops_nothing(bench: Bench, data: bytes) -> None:
     bench.server.emergency(data)
-    assert bench.supervisor.fault is None
+    assert bench.master.fault is None
     assert bench.server.status().refused == 1
 
 
 def test_an_emergency_stop_after_the_end_changes_nothing(wire: Wire) -> None:
     bench = Bench(wire)
-    bench.supervisor.stop()
-    bench.rig.pump(lambda: bench.supervisor.ended)
+    bench.master.stop()
+    bench.rig.pump(lambda: bench.master.ended)
     bench.emergency("door")
-    assert bench.supervisor.fault is None, "it has ended: disabled and braked for good"
+    assert bench.master.fault is None, "it has ended: disabled and braked for good"
     assert bench.server.time_may_pass

@@ -9,12 +9,13 @@ from support.force_rig import PushedFleet
 
 from rfms_can.analysis.stability import Analyst, ControlLaw, Study, Verdict
 from rfms_can.arm import arm_by_name
+from rfms_can.arm.load import NOTHING
 from rfms_can.compliance import Selection, compliance_jacobian
 from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.servo import Servo
 from rfms_can.kinematics import jacobian
-from rfms_can.master.force.specification import Compliance
-from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.master.rows.compliance import Compliance
+from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
 from rfms_can.master.start_up.node_parameters import parameters_for
 from rfms_can.rig.settings import RunSettings
 from rfms_can.transform import Transform
@@ -62,7 +63,7 @@ def test_a_peg_that_complies_in_the_air_comes_to_rest(wire: Wire, arm: str, leng
     assert later < 6e-3
     assert later < 1.5 * late + 1e-3
     J = compliance_jacobian(np.array(jacobian(fleet.master.arm, at[-1])), TOOL_OF[length])
-    errors = np.array(fleet.master.errors)
+    errors = np.array(fleet.master.inputs.errors)
     rigid = ~Selection.parse(WORD).mask
     assert np.abs((J @ errors)[rigid]).max() < 5e-4
 
@@ -75,21 +76,20 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
     for law in (ControlLaw.WEIGHTED, ControlLaw.HYBRID, ControlLaw.FREE_JOINT):
         fleet = PushedFleet(wire, arm="puma560", friction="none", law=law.value)
         arm = fleet.master.arm
-        math = fleet.master.broadcast.math
-        math.compliance = Compliance().changed(selection, frame)
-        _, rows = math.rows(q)
+        sets = fleet.master.rows
+        sets.send(q, Compliance().changed(selection, frame), NOTHING, [])
         study = Study(arm, selection, frame, law, compliant_rate=COMPLIANT_DAMPING)
         loop = Analyst(study).loop(q)
         settings = RunSettings(arm="puma560", friction="none", law=law.value).master()
         parameters = parameters_for(arm, settings)
         e, v = rng.normal(scale=1e-3, size=6), rng.normal(scale=1e-2, size=6)
         torques = []
-        for joint, values in enumerate(rows, start=1):
-            sets = RowSets(joint)
-            sets.first, sets.second, sets.law = values[:6], values[6:12], int(values[14])
-            sets.damping, sets.selection = values[15], int(values[16])
+        for joint, values in enumerate(sets.newest.values, start=1):
+            rows = RowSets(joint)
+            rows.first, rows.second, rows.law = values[:6], values[6:12], int(values[14])
+            rows.damping, rows.selection = values[15], int(values[16])
             servo = Servo({**parameters[joint], Parameter.KI: 0.0}, joint)
-            torques.append(servo.torque(e.tolist(), v.tolist(), (0.0,) * 6, sets, 0.0))
+            torques.append(servo.torque(e.tolist(), v.tolist(), (0.0,) * 6, rows, 0.0))
         wanted = loop.stiffness @ e + loop.damping @ v
         assert torques == pytest.approx(wanted.tolist(), rel=1e-5, abs=1e-7), law
 
@@ -116,7 +116,7 @@ def test_a_newton_moves_what_complies_as_its_mass_and_damping_say(
     before = fleet.force.complied[1]
     fleet.run(50)
     speed = (fleet.force.complied[1] - before - creep) / (50 * 0.004)
-    dynamics = fleet.master.broadcast.math.dynamics
-    mass = 1.0 / float((dynamics.J @ np.linalg.solve(dynamics.M, dynamics.J.T))[1, 1])
+    model = fleet.master.rows.newest
+    mass = 1.0 / float((model.J @ np.linalg.solve(model.M, model.J.T))[1, 1])
     print(f"{arm}: {mass:.2f} kg, {1e3 * speed / newton:.2f} mm/s per newton")
     assert speed == pytest.approx(newton / (COMPLIANT_DAMPING * mass), rel=0.05)

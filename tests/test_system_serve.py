@@ -159,8 +159,8 @@ def test_the_end_tells_who_waits_and_brakes(running: Running) -> None:
     served = running.end()
     assert served.fault is None
     assert serving is not None
-    assert serving.session.supervisor.ended
-    assert all(serving.session.supervisor.arm_state.braked)
+    assert serving.session.master.ended
+    assert all(serving.session.master.arm_state.braked)
     assert waiting == client.serial
 
 

@@ -1,4 +1,4 @@
-"""The supervisor's state machine: what is taken and refused, when it starts, how it stops."""
+"""The master's state machine: what is taken and refused, when it starts, how it stops."""
 
 import itertools
 

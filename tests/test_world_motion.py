@@ -1,4 +1,4 @@
-"""What a redefinition does to the motion under way, as the supervisor hands it on."""
+"""What a redefinition does to the motion under way, as the master hands it on."""
 
 from itertools import pairwise
 
@@ -29,7 +29,7 @@ class Run:
     """An arm at park, a part it may see 40 mm above, and the set-points made."""
 
     def __init__(self) -> None:
-        self.motion = Motion(PUMA_260, PERIOD_S, Blend.CONTINUOUS)
+        self.motion = Motion(PUMA_260, PERIOD_S, Blend.CONTINUOUS, lambda *_: None)
         self.motion.enable(PUMA_260.park)
         park = self.motion.generator.tick().T6_1
         self.part = park @ Transform.translation(0.0, 0.0, 0.04)

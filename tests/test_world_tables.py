@@ -112,9 +112,9 @@ NOW = 500
 @pytest.mark.parametrize(
     ("name", "fields", "reason"),
     [
-        ("fixed", {"kind": "reference"}, " is of kind value and stays so, reference was asked for"),
-        ("seen", {}, " is of kind reference and stays so, value was asked for"),
-        ("curve", {}, " is of kind functional and stays so, value was asked for"),
+        ("fixed", {"kind": "reference"}, " is of kind value and stays so, reference was requested"),
+        ("seen", {}, " is of kind reference and stays so, value was requested"),
+        ("curve", {}, " is of kind functional and stays so, value was requested"),
         ("new", {"kind": "functional"}, ": of kind functional with no function"),
         ("new", {"function": UP}, ": of kind value with a function"),
         ("seen", {"kind": "reference", "function": UP}, ": of kind reference with a function"),
@@ -122,8 +122,8 @@ NOW = 500
         ("new", {"twist": (0.0,) * 6}, ": of kind value with a twist, a stamp or a prediction"),
         ("new", {"predict": "velocity"}, ": of kind value with a twist, a stamp or a prediction"),
         (T6, {}, " is the arm itself and cannot be defined"),
-        ("new", {"rows": shift(math.nan)}, " is no rotation: off by inf, 1e-06 may be"),
-        ("new", {"rows": shift(0.0)._replace(nx=1.1)}, " is no rotation: off by 0.1"),
+        ("new", {"rows": shift(math.nan)}, " is not a rotation: off by inf, 1e-06 may be"),
+        ("new", {"rows": shift(0.0)._replace(nx=1.1)}, " is not a rotation: off by 0.1"),
         ("new", {"rows": shift(1e4)}, ": its origin has 10000, outside +-1000"),
         (
             "new",
@@ -148,8 +148,8 @@ def test_transforms_that_are_refused(
 @pytest.mark.parametrize(
     ("fields", "reason"),
     [
-        ({"stamp": math.nan}, "its stamp nan is no time"),
-        ({"stamp": -math.inf}, "its stamp -inf is no time"),
+        ({"stamp": math.nan}, "its stamp nan is not a time"),
+        ({"stamp": -math.inf}, "its stamp -inf is not a time"),
         ({"stamp": 2.0041}, "its stamp 2.0041 s is 0.0041 s in the future, 0.004 s may be"),
         ({"stamp": 0.999}, "its stamp 0.999 s is 1 s old, 1 s may be"),
         ({"stamp": -1e300}, "old, 1 s may be"),

@@ -44,9 +44,9 @@ def loop(cycles: int, settings: RunSettings) -> Session:
 
 def run(session: Session, cycles: int) -> float:
     """Microseconds a cycle of so many more cycles, with the arm moving to and fro."""
-    until = session.supervisor.closed + cycles
+    until = session.master.closed + cycles
     began = time.perf_counter()
-    session.link.pass_time(lambda: session.supervisor.closed >= until)
+    session.link.pass_time(lambda: session.master.closed >= until)
     return (time.perf_counter() - began) / cycles * 1e6
 
 
@@ -85,7 +85,7 @@ def breakdown(cycles: int, settings: RunSettings) -> dict[str, float]:
     rig = session.rig
     assert isinstance(rig, SimulatedRig)
     groups: dict[str, list[Endpoint]] = {
-        "master": [rig.supervisor],
+        "master": [rig.master],
         "plant": [rig.plant],
         "nodes": [*rig.joints, rig.gripper],
     }

@@ -58,10 +58,10 @@ class Loop:
 
     def rate(self, cycles: int) -> float:
         """Cycles/s over so many more cycles."""
-        supervisor = self.rig.supervisor
-        until = supervisor.closed + cycles
+        master = self.rig.master
+        until = master.closed + cycles
         began = time.perf_counter()
-        self.session.link.pass_time(lambda: supervisor.closed >= until)
+        self.session.link.pass_time(lambda: master.closed >= until)
         return cycles / (time.perf_counter() - began)
 
 

@@ -92,12 +92,12 @@ class Trace:
 
     def take(self, _: int, frame: Frame) -> None:
         """At a SYNC the cycle before it is closed, and the set-point of its own is made."""
-        supervisor = self.rig.supervisor
-        if frame.id != _SYNC or supervisor.phase is not Phase.RUN:
+        master = self.rig.master
+        if frame.id != _SYNC or master.phase is not Phase.RUN:
             return
-        motion = supervisor.motion
+        motion = master.motion
         if self.commanded:  # the first SYNC closes no cycle of the run
-            self.statuses.append(status_of(supervisor))
+            self.statuses.append(status_of(master))
             if self.on_cycle is not None:
                 self.on_cycle(self)
         self.commanded.append(motion.commanded.theta)

@@ -100,26 +100,26 @@ class Bench:
         arm.wait(arm.move(self._places[0], self._mode))
 
     def _take(self, time_ns: int, frame: Frame) -> None:
-        cycle = (time_ns - self._begun_ns) // self.rig.supervisor.settings.period_ns
+        cycle = (time_ns - self._begun_ns) // self.rig.master.settings.period_ns
         self._frames.append(Seen(cycle, frame.id, bytes(frame.data), time_ns))
 
     def sample(self) -> Latency:
         """Let the arm go on for a while, observe at a random moment, and compare the twins."""
-        rig, supervisor, chance = self.rig, self.rig.supervisor, self._random
-        if supervisor.motion.at_rest and chance.random() < 0.5:
+        rig, master, chance = self.rig, self.rig.master, self._random
+        if master.motion.at_rest and chance.random() < 0.5:
             self._moves += 1
             self._arm.move(self._places[self._moves % 2], self._mode)
-        until = supervisor.closed + chance.randint(*APART)
-        self.session.link.pass_time(lambda: supervisor.closed >= until)
-        period_ns = supervisor.settings.period_ns
-        deadline_ns, closed = supervisor.next_deadline_ns(), supervisor.closed
+        until = master.closed + chance.randint(*APART)
+        self.session.link.pass_time(lambda: master.closed >= until)
+        period_ns = master.settings.period_ns
+        deadline_ns, closed = master.next_deadline_ns(), master.closed
         assert deadline_ns is not None
         self._begun_ns = deadline_ns
         phase = chance.random()
         observed_ns = deadline_ns + round(phase * period_ns)
         rig.bus.run_until(observed_ns)
-        made = supervisor.closed - closed
-        moving = supervisor.motion.moves
+        made = master.closed - closed
+        moving = master.motion.moves
         child = self._twin(self._observation(), observed_ns + CYCLES * period_ns)
         own = self._go_on(observed_ns + CYCLES * period_ns)
         other = _read(child)

@@ -21,6 +21,7 @@ from cantools.database.can import Database, Message
 from rfms_can.bus.schedule import Response, Stream, load, response_times
 from rfms_can.bus.timing import NS_PER_S, BusTiming
 from rfms_can.errors import BusError
+from rfms_can.tables import complete
 from rfms_can.wire.codec import load_database
 
 TARGET_LOAD: Final = 0.8
@@ -57,6 +58,12 @@ class Traffic(StrEnum):
     BOTH = "control and plant"
     CONTROL = "control"
     PLANT = "plant"
+
+
+_OF_PLANT: Final = complete(
+    {Traffic.BOTH: (True, False), Traffic.CONTROL: (False,), Traffic.PLANT: (True,)}, Traffic
+)
+"""Whether the frames of a bus are the plant's own, those between it and the joints."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,10 +197,10 @@ def _every(message: Message, rows: Rows, occasional: Collection[str]) -> int:
 
 def _carries(message: Message, traffic: Traffic) -> bool:
     """Whether a bus with this traffic carries the message; SYNC and events for all are on both."""
-    if traffic is Traffic.BOTH or message.name == SYNC:
+    if message.name == SYNC:
         return True
-    of_plant: bool = PLANT in message.senders or message.name.startswith(DAC)
-    return of_plant is (traffic is Traffic.PLANT)
+    of_plant = PLANT in message.senders or message.name.startswith(DAC)
+    return of_plant in _OF_PLANT[traffic]
 
 
 def _staggered_surplus_ns(responses: Sequence[Response], rows: Rows) -> int:

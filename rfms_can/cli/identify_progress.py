@@ -61,8 +61,8 @@ class ExperimentProgress:
 
     def cycles(self, session: Session) -> None:
         """Called periodically while it runs."""
-        supervisor = session.supervisor
-        seconds = supervisor.statistics.cycles / supervisor.settings.rate_hz
+        master = session.master
+        seconds = master.statistics.cycles / master.settings.rate_hz
         self._progress.update(self._task, what=f"{self._name} {seconds:.1f} s")
 
     def end(self, experiment: Experiment, kept: bool) -> None:

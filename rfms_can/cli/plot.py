@@ -4,11 +4,12 @@ import json
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final, NamedTuple
 
 import typer
 
 from rfms_can.analysis.recording import Recording, load_recording
+from rfms_can.tables import complete
 
 
 class Figures(StrEnum):
@@ -17,6 +18,30 @@ class Figures(StrEnum):
     RUN = "run"
     THESIS = "thesis"
     ALL = "all"
+
+
+class Content(NamedTuple):
+    """What belongs to a choice of figures.
+
+    Attributes:
+        run: overview and quantities of the run.
+        thesis: the thesis' figures.
+        joints: joints with a sheet of their own.
+    """
+
+    run: bool
+    thesis: bool
+    joints: tuple[int, ...] = ()
+
+
+CONTENTS: Final = complete(
+    {
+        Figures.RUN: Content(run=True, thesis=False),
+        Figures.THESIS: Content(run=False, thesis=True),
+        Figures.ALL: Content(run=True, thesis=True, joints=(1, 2, 3, 4, 5, 6)),
+    },
+    Figures,
+)
 
 
 class Format(StrEnum):
@@ -74,18 +99,12 @@ def _draw(
     from rfms_can.analysis.thesis_figures import draw_thesis
 
     written: list[Path] = []
-    if figures is not Figures.THESIS:
+    content = CONTENTS[figures]
+    if content.run:
         if joint is None:
             written += draw_run(recording, out, suffix)
-        for number in _joints(figures, joint):
+        for number in content.joints if joint is None else (joint,):
             written.append(draw_joint(recording, number, out, suffix))
-    if figures is not Figures.RUN:
+    if content.thesis:
         written += draw_thesis(recording, joint or 1, out, suffix)
     return written
-
-
-def _joints(figures: Figures, joint: int | None) -> tuple[int, ...]:
-    """Joints with a sheet of their own."""
-    if joint is not None:
-        return (joint,)
-    return (1, 2, 3, 4, 5, 6) if figures is Figures.ALL else ()

@@ -41,13 +41,13 @@ def progress_line(title: str, *, quiet: bool) -> Iterator[OnProgress | None]:
         began: dict[str, float] = {}
 
         def report(session: Session) -> None:
-            supervisor = session.supervisor
-            cycles = supervisor.statistics.cycles
-            seconds = cycles / supervisor.settings.rate_hz
+            master = session.master
+            cycles = master.statistics.cycles
+            seconds = cycles / master.settings.rate_hz
             elapsed = time.perf_counter() - began.setdefault("at", time.perf_counter())
             progress.update(
                 task,
-                phase=supervisor.phase.name,
+                phase=master.phase.name,
                 cycle=cycles,
                 seconds=seconds,
                 speed=seconds / elapsed if elapsed > 0.0 else 0.0,

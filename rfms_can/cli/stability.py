@@ -30,6 +30,8 @@ from rfms_can.compliance import Selection
 from rfms_can.errors import RfmsError
 from rfms_can.transform import Transform
 
+COMPARED: Final = ControlLaw.WEIGHTED
+"""The law a map of another law is drawn beside."""
 POINTS: Final = 61
 """Grid points along either side."""
 FARTHEST_TOOL: Final = 10.0
@@ -152,10 +154,10 @@ def _grid(study: Study, grid: Grid, plot: Path | None, as_json: bool) -> Survey:
     if plot is not None:
         from rfms_can.analysis.stability.stability_map import draw_stability_map
 
-        # one frequency for all: the weighted law has no other
-        beside = dataclasses.replace(study, law=ControlLaw.WEIGHTED, natural=(), scheduled=0.0)
+        # one frequency for all joints: the weighted law has no other
+        beside = dataclasses.replace(study, law=COMPARED, natural=(), scheduled=0.0)
         laws = [found]
-        if study.law is not ControlLaw.WEIGHTED:
+        if study.law is not COMPARED:
             laws.append(_survey(beside, grid.poses, True))
         written = draw_stability_map(grid, laws, plot)
         if not as_json:

@@ -5,6 +5,7 @@ Mathematics alone, shared by the master, which sends the rows, and the stability
 
 from rfms_can.compliance.cartesian import cartesian_error, cartesian_part
 from rfms_can.compliance.frame import compliance_jacobian
+from rfms_can.compliance.law_table import LAWS, LawDefinition, RowsAtPose, Servos
 from rfms_can.compliance.laws import (
     ControlLaw,
     LawRows,
@@ -36,13 +37,17 @@ from rfms_can.compliance.selection import (
 __all__ = [
     "COUPLING_LIMIT",
     "DIRECTIONS",
+    "LAWS",
     "Conflict",
     "ControlLaw",
+    "LawDefinition",
     "LawRows",
     "Matching",
     "Projection",
+    "RowsAtPose",
     "Selection",
     "SelectionError",
+    "Servos",
     "bounded_projector",
     "cartesian_error",
     "cartesian_part",

@@ -7,9 +7,13 @@ errors, so the master, which knows both poses, computes it and sends it as bias 
 late; it is zero where the arm is on its set-point.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
+from rfms_can.arm import Arm
+from rfms_can.kinematics import direct
 from rfms_can.transform import Transform, motion_of
 
 Matrix = npt.NDArray[np.float64]
@@ -46,3 +50,24 @@ def cartesian_part(J: Matrix, C: Matrix, dx: Matrix, errors: Matrix) -> Matrix:
     missed = dx - J @ errors
     part: Matrix = C @ np.linalg.lstsq(J, missed, rcond=1e-6)[0]
     return part
+
+
+def pose_error_correction(
+    arm: Arm, q: Sequence[float], errors: Sequence[float], frame: Transform, J: Matrix, C: Matrix
+) -> Matrix:
+    """``cartesian_part`` at measured joint angles and the joint errors there.
+
+    Args:
+        arm: the arm.
+        q: measured joint angles, rad.
+        errors: joint errors, rad.
+        frame: pose of the compliance frame in T6.
+        J: (6, 6), Jacobian of the compliance frame at ``q``.
+        C: (6, 6), rows of ``hybrid_rows``.
+
+    Returns:
+        (6,), rad.
+    """
+    desired = direct(arm, [a + e for a, e in zip(q, errors, strict=True)])
+    dx = cartesian_error(desired, direct(arm, q), frame)
+    return cartesian_part(J, C, dx, np.asarray(errors))

@@ -16,7 +16,7 @@ free joint       I in the rows of joints that keep their position,      M times 
 ===============  =====================================================  ==========================
 
 Raibert and Craig's hybrid control differs from ours in where the error is computed, not in the
-rows: ``cartesian.py``.
+rows: ``cartesian.py``. What else distinguishes the laws stands in ``law_table.py``.
 """
 
 from collections.abc import Sequence

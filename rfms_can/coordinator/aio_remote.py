@@ -9,9 +9,9 @@ from typing import Any
 from rfms_can.coordinator.conversation import (
     ANSWER_S,
     REALTIME,
-    RENEWALS,
     RETRY_S,
     Conversation,
+    Lease,
     answer_of,
 )
 from rfms_can.coordinator.parts import Parts, Waiting
@@ -50,8 +50,7 @@ class AsyncRemoteLink:
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._socket = socket
-        self._name = name
-        self._lease_s = lease_s
+        self._lease = Lease(name, lease_s)
         self._now = now
         self._conversation = Conversation(socket.address)
         self._parts = Parts(self._ask)
@@ -66,7 +65,7 @@ class AsyncRemoteLink:
     async def acquire(self) -> None:
         """Take the lease and keep it; errors as with ``RemoteLink.acquire``."""
         self._tasks.append(asyncio.create_task(self._guarded(self._receive())))
-        await self.request(LeaseRequest("acquire", self._name, self._lease_s))
+        await self.request(self._lease.acquire)
         self._tasks.append(asyncio.create_task(self._guarded(self._renew())))
         if self.status().clock == REALTIME:
             self._parts.at_once = True
@@ -80,7 +79,7 @@ class AsyncRemoteLink:
     async def release(self) -> None:
         """Release the lease, if the server still answers; a moving arm is stopped."""
         with suppress(RfmsError):  # it has lapsed, or will
-            await self.request(LeaseRequest("release", self._name))
+            await self.request(self._lease.release)
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -118,8 +117,7 @@ class AsyncRemoteLink:
                 self._send_wait()
 
     async def _exchange(self, message: AnyRequest) -> Answer:
-        self._conversation.check()
-        request = self._conversation.number(message)
+        request = self._conversation.ask(message)
         reply = self._replies[request.serial] = asyncio.get_running_loop().create_future()
         until = self._now() + ANSWER_S
         try:
@@ -149,7 +147,7 @@ class AsyncRemoteLink:
     async def _receive(self) -> None:
         """Assign every reply to its request."""
         while True:
-            data = await self._socket.receive(self._lease_s)
+            data = await self._socket.receive(self._lease.duration_s)
             if data is None:
                 continue
             reply = self._conversation.read(data, self._now())
@@ -159,8 +157,6 @@ class AsyncRemoteLink:
                 future.set_result(reply)
             elif asked is not None:
                 self._woken(asked, reply)
-            elif reply.serial == 0:
-                answer_of(reply)  # the server could not decode a request
 
     def _woken(self, asked: Sequence[Waiting], reply: Reply) -> None:
         try:
@@ -170,12 +166,12 @@ class AsyncRemoteLink:
 
     async def _renew(self) -> None:
         while True:
-            await asyncio.sleep(self._lease_s / RENEWALS)
-            await self._in_turn(LeaseRequest("renew", self._name, self._lease_s))
+            await asyncio.sleep(self._lease.renewal_s)
+            await self._in_turn(self._lease.renew)
 
     async def _hear(self) -> None:
         while True:
-            data = await self._socket.newest_status(self._lease_s)
+            data = await self._socket.newest_status(self._lease.duration_s)
             if data is not None:
                 self._conversation.hear(data, self._now())
 

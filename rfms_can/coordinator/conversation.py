@@ -1,13 +1,15 @@
 """A session with a server, without sockets: numbering of requests, decoding of replies."""
 
 import secrets
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeVar
 
 import msgspec
 
 from rfms_can.coordinator.refusals import error_of
 from rfms_can.errors import LinkError
-from rfms_can.messages import Answer, AnyRequest, Envelope, Reply, Status
+from rfms_can.messages import Answer, AnyRequest, Envelope, LeaseRequest, Reply, Status
+
+Heard = TypeVar("Heard", Reply, Status)
 
 ANSWER_S: Final = 5.0
 """Timeout for a server's answer, s: longer than a lockstep barrier."""
@@ -15,6 +17,8 @@ RETRY_S: Final = 0.5
 """Time after which an unanswered request is sent again, s; it is processed once."""
 RENEWALS: Final = 3
 """Renewals of a lease within its duration."""
+UNREAD: Final = 0
+"""Serial number of the reply to an undecodable request; requests count from 1."""
 REALTIME: Final = "realtime"
 CLOCK_DRIFT: Final = 1e-3
 """Largest assumed drift of the server's clock against ours, s/s."""
@@ -29,6 +33,38 @@ class Request(NamedTuple):
 
     serial: int
     data: bytes
+
+
+class Lease(NamedTuple):
+    """The lease on the arm: requests to acquire, renew and release it.
+
+    Attributes:
+        name: of this coordinator, shown to others that are refused.
+        duration_s: time without a renewal after which the server stops the arm, s.
+    """
+
+    name: str
+    duration_s: float
+
+    @property
+    def acquire(self) -> LeaseRequest:
+        """Acquire the lease."""
+        return LeaseRequest("acquire", self.name, self.duration_s)
+
+    @property
+    def renew(self) -> LeaseRequest:
+        """Renew it for its duration from now."""
+        return LeaseRequest("renew", self.name, self.duration_s)
+
+    @property
+    def release(self) -> LeaseRequest:
+        """Release it."""
+        return LeaseRequest("release", self.name)
+
+    @property
+    def renewal_s(self) -> float:
+        """Time between two renewals, s."""
+        return self.duration_s / RENEWALS
 
 
 class Conversation:
@@ -50,6 +86,16 @@ class Conversation:
         self._offset = 0.0
         self._heard = 0.0
 
+    def ask(self, message: AnyRequest) -> Request:
+        """``number`` for a message that is answered at once, unless the server has been given up.
+
+        Raises:
+            LinkError: it has: nothing is waited for any more.
+        """
+        if self.lost is not None:
+            raise self.lost
+        return self.number(message)
+
     def number(self, message: AnyRequest) -> Request:
         """Give a message the next serial number."""
         self._serial += 1
@@ -64,20 +110,21 @@ class Conversation:
 
         Raises:
             LinkError: it is not a valid reply.
+            RfmsError: the server could not decode a request.
         """
-        try:
-            reply = _replies.decode(data)
-        except (msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise self._nonsense(error) from error
+        reply = self._decoded(_replies, data)
         self._note(reply.status, now)
+        if reply.serial == UNREAD:
+            answer_of(reply)
         return reply
 
     def hear(self, data: bytes, now: float) -> None:
-        """Decode a broadcast status; arguments and errors as with :meth:`read`."""
-        try:
-            status = _statuses.decode(data)
-        except (msgspec.DecodeError, UnicodeDecodeError) as error:
-            raise self._nonsense(error) from error
+        """Decode a broadcast status; arguments as with :meth:`read`.
+
+        Raises:
+            LinkError: it is not a valid status.
+        """
+        status = self._decoded(_statuses, data)
         if self._status is None or status.cycle > self._status.cycle:
             self._note(status, now)
 
@@ -105,11 +152,6 @@ class Conversation:
         status = self.status
         return now - self._offset if status.clock == REALTIME else status.time
 
-    def check(self) -> None:
-        """Raise ``LinkError`` if the server has been given up."""
-        if self.lost is not None:
-            raise self.lost
-
     def silent(self) -> LinkError:
         """The error for a server that does not answer; gives it up."""
         self.lost = LinkError(
@@ -128,8 +170,11 @@ class Conversation:
             offset = min(offset, self._offset + CLOCK_DRIFT * (now - self._heard))
         self._status, self._offset, self._heard = status, offset, now
 
-    def _nonsense(self, error: Exception) -> LinkError:
-        return LinkError(f"server {self._address!r} sent an invalid reply: {error}")
+    def _decoded(self, decoder: msgspec.msgpack.Decoder[Heard], data: bytes) -> Heard:
+        try:
+            return decoder.decode(data)
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise LinkError(f"server {self._address!r} sent an invalid reply: {error}") from error
 
 
 def answer_of(reply: Reply) -> Answer:

@@ -13,9 +13,9 @@ from typing import Final
 
 from rfms_can.coordinator.conversation import (
     ANSWER_S,
-    RENEWALS,
     RETRY_S,
     Conversation,
+    Lease,
     Request,
     answer_of,
 )
@@ -61,8 +61,7 @@ class RemoteLink:
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._socket = socket
-        self._name = name
-        self._lease_s = lease_s
+        self._lease = Lease(name, lease_s)
         self._interrupted = interrupted
         self._watch = watch
         self._now = now
@@ -82,7 +81,7 @@ class RemoteLink:
             LeaseError: another coordinator controls the arm.
             LinkError: the server does not answer.
         """
-        self.request(LeaseRequest("acquire", self._name, self._lease_s))
+        self.request(self._lease.acquire)
         self._keeper = threading.Thread(target=self._keep, name="lease", daemon=True)
         self._keeper.start()
 
@@ -98,21 +97,18 @@ class RemoteLink:
         if self._keeper is not None:
             self._keeper.join()
         with suppress(RfmsError):  # it has lapsed, or will
-            self.request(LeaseRequest("release", self._name))
+            self.request(self._lease.release)
 
     def _keep(self) -> None:
         """Renew the lease unless a request of the program is in progress."""
-        while not self._left.wait(self._lease_s / RENEWALS):
+        while not self._left.wait(self._lease.renewal_s):
             if self._lock.acquire(blocking=False):
                 try:
-                    self._renew()
+                    self._exchange(self._lease.renew)
                 except RfmsError:
                     return  # the program's next request raises it
                 finally:
                     self._lock.release()
-
-    def _renew(self) -> None:
-        self._exchange(LeaseRequest("renew", self._name, self._lease_s))
 
     # --- requests -----------------------------------------------------------------------------
 
@@ -156,8 +152,7 @@ class RemoteLink:
     # --- replies ------------------------------------------------------------------------------
 
     def _exchange(self, message: AnyRequest) -> Answer:
-        self._conversation.check()
-        request = self._conversation.number(message)
+        request = self._conversation.ask(message)
         until = self._now() + ANSWER_S
         while self._now() < until:
             self._socket.send(request.data)
@@ -168,15 +163,16 @@ class RemoteLink:
 
     def _awaited(self, wait: Request) -> Reply:
         """The reply to a wait, however long it takes; meanwhile the lease is renewed."""
-        renew_at = self._now() + self._lease_s / RENEWALS
-        while (reply := self._reply(wait, min(SLICE_S, self._lease_s / RENEWALS))) is None:
+        renewal_s = self._lease.renewal_s
+        renew_at = self._now() + renewal_s
+        while (reply := self._reply(wait, min(SLICE_S, renewal_s))) is None:
             if self._interrupted():
                 raise KeyboardInterrupt
             self._look()
             self._watch(self._conversation.status)
             if self._now() >= renew_at:
-                self._renew()
-                renew_at = self._now() + self._lease_s / RENEWALS
+                self._exchange(self._lease.renew)
+                renew_at = self._now() + renewal_s
         return reply
 
     def _reply(self, request: Request, timeout_s: float) -> Reply | None:
@@ -194,8 +190,6 @@ class RemoteLink:
                 return reply
             if reply.serial == self._waiting:
                 self._early = reply
-            elif reply.serial == 0:
-                answer_of(reply)  # the server could not decode a request
 
     def _look(self) -> None:
         data = self._socket.newest_status(0.0)

@@ -1,6 +1,6 @@
 """The model that a master compensates with: one protocol, four implementations."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Protocol
 
 import numpy as np
@@ -91,10 +91,30 @@ class LoadedDynamics:
         return self._model.J
 
 
+def _full(arm: Arm, calibration: Calibration | None) -> DynamicsModel:
+    if calibration is None:
+        return ArmDynamics(arm)
+    return ArmDynamics(arm, np.array(calibration.parameters), calibration.armature)
+
+
+def _simplified(arm: Arm, calibration: Calibration | None) -> DynamicsModel:
+    given = fitted_constants(ArmDynamics(arm)) if calibration is None else calibration.constants
+    return SimplifiedDynamics(arm, given)
+
+
+def _none(arm: Arm, calibration: Calibration | None) -> DynamicsModel:
+    return NoDynamics(arm)
+
+
 FULL: Final = "full"
 SIMPLIFIED: Final = "simplified"
 NONE: Final = "none"
-KINDS: Final = (FULL, SIMPLIFIED, NONE)
+_MODELS: Final[Mapping[str, Callable[[Arm, Calibration | None], DynamicsModel]]] = {
+    FULL: _full,
+    SIMPLIFIED: _simplified,
+    NONE: _none,
+}
+KINDS: Final = tuple(_MODELS)
 
 
 def check_kind(kind: str) -> None:
@@ -116,14 +136,4 @@ def make_dynamics(arm: Arm, kind: str, calibration: Calibration | None = None) -
     check_kind(kind)
     if calibration is not None:
         calibration.check(arm)
-    model: DynamicsModel
-    if kind == NONE:
-        model = NoDynamics(arm)
-    elif kind == SIMPLIFIED:
-        given = fitted_constants(ArmDynamics(arm)) if calibration is None else calibration.constants
-        model = SimplifiedDynamics(arm, given)
-    elif calibration is None:
-        model = ArmDynamics(arm)
-    else:
-        model = ArmDynamics(arm, np.array(calibration.parameters), calibration.armature)
-    return LoadedDynamics(arm, model)
+    return LoadedDynamics(arm, _MODELS[kind](arm, calibration))

@@ -1,1 +1,1 @@
-"""Supervisor and math processor: T6 and the rows of each cycle, and who may move."""
+"""MasterNode and math processor: T6 and the rows of each cycle, and who may move."""

@@ -1,23 +1,22 @@
-"""The moves that were accepted: where they go, how, and what they ask of force control."""
+"""The moves that were accepted: goal, mode, and what they request of force control."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 from rfms_can.arm import Load
-from rfms_can.master.force.control import Asked
 from rfms_can.master.force.requested import RequestedCompliance
-from rfms_can.master.force.specification import Specification
+from rfms_can.master.force.specification import ForceRequest, Specification
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world import MotionMode, Position
 from rfms_can.transform import Transform
 
 
 class AcceptedMove(NamedTuple):
-    """One.
+    """An accepted move: goal, mode, and its force-control request.
 
     Attributes:
         position, mode: where to and how.
-        specification: what it asks of force control.
+        specification: what it requests of force control.
     """
 
     position: Position
@@ -28,7 +27,7 @@ class AcceptedMove(NamedTuple):
     def of(
         cls, position: Position, mode: MotionMode, program: RequestedCompliance, tick: int
     ) -> "AcceptedMove":
-        """A move asked for now: its mode says what complies, or else the program has said it."""
+        """A move requested now: its mode says what complies, or else the program has said it."""
         selection, bias = mode.comply or (program.selection, program.bias)
         load = None
         if mode.mass is not None:
@@ -36,18 +35,18 @@ class AcceptedMove(NamedTuple):
             load = Load(mode.mass, mode.mass_centre or (tool.px, tool.py, tool.pz))
         return cls(position, mode, Specification(selection, bias, mode.guard, load))
 
-    def asked(self, sequence: int, clock: Callable[[], int]) -> Asked:
-        """As force control sees it; its compliance frame is read anew at each tick of the clock."""
+    def force_request(self, sequence: int, clock: Callable[[], int]) -> ForceRequest:
+        """As force control sees it; its compliance frame is evaluated at each tick of the clock."""
         position = self.position
 
         def frame(T6: Transform) -> Transform:
             return position.compliance_frame(Moment(clock()), T6)
 
-        return Asked(sequence, self.specification, frame, self.mode.acceleration_time)
+        return ForceRequest(sequence, self.specification, frame, self.mode.acceleration_time)
 
 
 class AcceptedMoves:
-    """Those that are not over, by their sequence numbers.
+    """The accepted moves that are not over, by their sequence numbers.
 
     Attributes:
         last_guarded: number of the last one that stops on force or distance; 0 before the first.
@@ -59,7 +58,7 @@ class AcceptedMoves:
         self.clear()
 
     def clear(self) -> None:
-        """None is left."""
+        """Forget all moves."""
         self._moves: dict[int, AcceptedMove] = {}
         self.last_guarded = 0
 
@@ -68,18 +67,18 @@ class AcceptedMoves:
         self._moves.clear()
 
     def get(self, sequence: int) -> AcceptedMove | None:
-        """That of a number, if it is not over."""
+        """The move of a number, if it is not over."""
         return self._moves.get(sequence)
 
     def add(self, sequence: int, move: AcceptedMove, under_way: int) -> None:
-        """Another one; those before the one under way are over."""
+        """Add a move; those before the one in progress are over."""
         self._moves = {k: each for k, each in self._moves.items() if k >= under_way}
         self._moves[sequence] = move
         if move.specification.guard.active:
             self.last_guarded = sequence
 
     def going_to(self, transform: str, under_way: int, settled: int) -> list[AcceptedMove]:
-        """The one under way and those settled after it, whose position uses a transform."""
+        """The move in progress and those settled after it, if their position uses a transform."""
         later = [sequence for sequence in self._moves if sequence > under_way][:settled]
         active = [self._moves[k] for k in (under_way, *later) if k in self._moves]
         return [move for move in active if move.position.uses(transform)]

@@ -1,4 +1,4 @@
-"""What a control cycle waits for, and who has answered: one bit for each frame.
+"""What a control cycle waits for, and what has come: one bit for each frame.
 
 A cycle is over when everything has been heard, the master's own ROWS included (heard back when
 they have gone out, so that SYNC never names a set that is still in a queue).
@@ -6,7 +6,8 @@ they have gone out, so that SYNC never names a set that is still in a queue).
 
 from typing import Final
 
-from rfms_can.master.phases import Phase
+from rfms_can.master.phases import CYCLING, Phase
+from rfms_can.tables import complete
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, NODE_NAMES, PLANT
 
 SILENCE_BOUND: Final = 3
@@ -33,13 +34,16 @@ REFERENCES: Final = _bits("REFERENCE", JOINTS)
 _BOARDS: Final = MEASURES | bit("MEASURE", GRIPPER) | _bits("ROWS", JOINTS)
 _BEATS: Final = _bits("HEARTBEAT", (*_SERVOS, MASTER, PLANT))
 
-EXPECTED: Final[dict[Phase, int]] = {
-    Phase.HOME: _BOARDS | REFERENCES | _bits("DAC", _SERVOS),
-    Phase.READY: _BOARDS,
-    Phase.RUN: _BOARDS | _bits("ERROR", JOINTS) | _bits("DAC", _SERVOS),
-    Phase.HALT: _BOARDS,
-    Phase.END: _BOARDS,
-}
+EXPECTED: Final[dict[Phase, int]] = complete(
+    {
+        Phase.HOME: _BOARDS | REFERENCES | _bits("DAC", _SERVOS),
+        Phase.READY: _BOARDS,
+        Phase.RUN: _BOARDS | _bits("ERROR", JOINTS) | _bits("DAC", _SERVOS),
+        Phase.HALT: _BOARDS,
+        Phase.END: _BOARDS,
+    },
+    CYCLING,
+)
 """Frames of a cycle in each phase; heartbeats come on top when they are due."""
 
 

@@ -61,5 +61,5 @@ class ArmState:
 
     @property
     def zero_counts(self) -> list[int]:
-        """Encoder counts at joint angle 0, for whoever reads a recorded log (6)."""
+        """Encoder counts at joint angle 0, for readers of a recorded log (6)."""
         return [encoder.zero_counts or 0 for encoder in self._encoders]

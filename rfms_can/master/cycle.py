@@ -1,29 +1,38 @@
-"""The control cycle: when SYNC goes out, what goes with it, and when the cycle is over.
+"""The control cycle, from SYNC to the set-point of the next one.
 
 Cycle k: SYNC and SETPOINT go out; MEASURE comes, and the math processor's rows go out; ERROR and
 DAC come; when all have answered the set-point of cycle k+1 is made (pipelined, Fig. 6.6) and the
 cycle is closed.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Final, NamedTuple
 
-from rfms_can.arm import Arm
-from rfms_can.master.force.control import ForceControl, Settings
-from rfms_can.master.listener import Listener
+from rfms_can.errors import KinematicsError
+from rfms_can.master.broadcast import Broadcast
+from rfms_can.master.force.control import ForceControl
+from rfms_can.master.inputs import CycleInputs
 from rfms_can.master.motion import Motion
-from rfms_can.master.phases import BUS_STATES, CYCLING, Phase
-from rfms_can.master.settings import Clock, MasterSettings
+from rfms_can.master.phases import BUS_STATES, CYCLING, Phase, PhaseEvent, PhaseMachine
+from rfms_can.master.requests import ProgramRequests
+from rfms_can.master.rows.sets import RowSets
+from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
-from rfms_can.node.protocol import NOTHING
+from rfms_can.master.timer import CycleTimer
 from rfms_can.setpoint.cartesian import CartesianSetpoint
-from rfms_can.wire.contract import Wire
+from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import HEARTBEAT_EVERY
+from rfms_can.wire.vocabulary import Command, NodeState
+
+BRAKING_CYCLES: Final = 12
+"""Cycles the master waits for the brakes after STOP before it ends all the same."""
+SILENCE_COUNTS: Final = 4
+"""What a cycle without answers counts for then: in lockstep each takes as long as the barrier."""
 
 
-class Carried(NamedTuple):
+class SentSetpoint(NamedTuple):
     """A set-point that was sent.
 
     Attributes:
@@ -37,115 +46,228 @@ class Carried(NamedTuple):
     sent_ns: int
 
 
-class ControlCycle(Listener):
-    """The master's half that knows time; what a phase does at the end of a cycle is not its own.
+class Parts(NamedTuple):
+    """What a control cycle works on.
 
     Attributes:
-        closed: control cycles closed since the first SYNC: programs wait by it.
-        motion: programs' moves and the trajectory generator.
+        machine: the phase, and the latched fault.
+        timer: when cycles begin.
+        inputs: what the cycle under way has brought.
+        broadcast: packs what goes out.
+        rows: the sets of rows.
+        bring_up: who is on the bus.
+        requests: of programs.
+        motion: the trajectory.
         force_control: compliance, bias force and guarded moves.
         statistics: numbers of the run.
         stillness: for how long arm and jaw have stood still.
-        paced: lockstep cycles are no shorter than the period; for a bus that idles.
-        carried: the set-point sent last.
-        fault: why the run was halted, or None.
     """
 
-    fault: str | None
+    machine: PhaseMachine
+    timer: CycleTimer
+    inputs: CycleInputs
+    broadcast: Broadcast
+    rows: RowSets
+    bring_up: BringUp
+    requests: ProgramRequests
+    motion: Motion
+    force_control: ForceControl
+    statistics: RunStatistics
+    stillness: Stillness
 
-    def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
-        super().__init__(arm, wire, boot_id, settings)
-        period_s = settings.period_ns * 1e-9
+
+class ControlCycle:
+    """Begins and closes cycles; frames to send are appended to ``out``.
+
+    Args:
+        parts: what it works on.
+        beat: sends the master's heartbeat: its state on the bus, its error register.
+        restart_counters: lets the counters of all frames begin at 0.
+
+    Attributes:
+        number: cycle under way, as SYNC counts; restarts at 0 when the arm is enabled.
+        closed: cycles closed since the first SYNC: programs wait by it.
+        sent: the set-point sent last.
+    """
+
+    def __init__(
+        self,
+        parts: Parts,
+        beat: Callable[[NodeState, int], None],
+        restart_counters: Callable[[], None],
+    ) -> None:
+        self.number = -1
         self.closed = 0
-        self.motion = Motion(arm, period_s, settings.blend)
-        how = Settings(settings.law, settings.closed, settings.friction, self.gains)
-        self.force_control = ForceControl(arm, self.broadcast.math, how, period_s)
-        self.motion.vet = self.force_control.refusal
-        self.statistics = RunStatistics(period_s)
-        self.stillness = Stillness(arm)
-        self.paced = settings.paced
-        self.carried = Carried(0, -1, 0)
-        self._lockstep = settings.clock is Clock.LOCKSTEP
-        self._deadline_ns: int | None = 0
+        self.sent = SentSetpoint(0, -1, 0)
+        self._machine = parts.machine
+        self._timer = parts.timer
+        self._inputs = parts.inputs
+        self._broadcast = parts.broadcast
+        self._rows = parts.rows
+        self._bring_up = parts.bring_up
+        self._requests = parts.requests
+        self._motion = parts.motion
+        self._force = parts.force_control
+        self._statistics = parts.statistics
+        self._stillness = parts.stillness
+        self._beat = beat
+        self._restart_counters = restart_counters
         self._setpoint: CartesianSetpoint | None = None
         self._displacement: tuple[float, ...] | None = None
-        self._began_ns = 0
+        self._ending = 0  # cycles since the arm was disabled
 
-    def _at_close(self) -> None:
-        """What the phase does when a cycle is closed."""
-        raise NotImplementedError
+    def begin(self, began_ns: int, now_ns: int, out: list[Frame]) -> None:
+        """SYNC, and with it all that the master knows of this cycle already.
 
-    def _missed(self, lost: str | None) -> None:
-        """A cycle is incomplete; ``lost`` says who has been silent for too long, if anybody."""
-        raise NotImplementedError
-
-    def next_deadline_ns(self) -> int | None:
-        """Next SYNC, or in lockstep the barrier; before cycles run, the next call for nodes."""
-        return 0 if self._urgent else self._deadline_ns
-
-    def on_time(self, now_ns: int) -> Sequence[Frame]:
-        """Begin the next cycle, closing an incomplete one; or call for nodes again."""
-        deadline_ns = self._deadline_ns
-        if self._urgent:
-            self._urgent = False
-            return self._flush()
-        if deadline_ns is None or now_ns < deadline_ns:
-            return NOTHING
-        self._now_ns = now_ns
-        if self.phase in CYCLING:
-            complete = not self._answers.missing
-            if not complete:
-                self._close_incomplete()  # in lockstep this begins the next one
-            if self.settings.clock is Clock.REALTIME:
-                self.statistics.late(now_ns - deadline_ns)
-            if complete or not self._lockstep:
-                self._begin_cycle(deadline_ns)
-        else:
-            self._deadline_ns = now_ns + self.bring_up.retry_ns
-            self._out.extend(self.bring_up.call(now_ns))
-            if self.bring_up.problem:
-                self._halt(self.bring_up.problem)
-        return self._flush()
-
-    def _begin_cycle(self, now_ns: int) -> None:
-        """SYNC, and with it all that the master knows of this cycle already."""
-        if self._deadline_ns is None:
+        Args:
+            began_ns: when it begins by the schedule.
+            now_ns: when it is sent.
+            out: takes the frames.
+        """
+        machine, timer = self._machine, self._timer
+        if timer.stopped:
             return
-        self._began_ns = now_ns
-        self._deadline_ns = now_ns + self.settings.cycle_limit_ns
-        cycle = self.cycle = self.cycle + 1
-        state = BUS_STATES[self.phase]
-        self._out.append(self.broadcast.sync(cycle, state))
-        self._answers.begin(self.phase, cycle)
-        if self.phase is Phase.RUN and self._setpoint is not None:
-            self.broadcast.setpoint(
-                self._setpoint, cycle, self._out, self._displacement, self.force_control.bias
+        timer.begin(began_ns)
+        cycle = self.number = self.number + 1
+        phase = machine.phase
+        state = BUS_STATES[phase]
+        out.append(self._broadcast.sync(cycle, state, self._rows.in_force.number))
+        self._inputs.begin(phase, cycle)
+        if phase is Phase.RUN and self._setpoint is not None:
+            self._broadcast.setpoint(
+                self._setpoint, cycle, out, self._displacement, self._force.bias
             )
-            self.carried = Carried(self.motion.generator.tick_count, cycle, self._now_ns)
+            self.sent = SentSetpoint(self._motion.generator.tick_count, cycle, now_ns)
         if cycle % HEARTBEAT_EVERY == 0:
-            self._beat(state, int(self.fault is not None))
+            self._beat(state, int(machine.fault is not None))
 
-    def _close_incomplete(self) -> None:
-        """The cycle's time is over and somebody has not answered."""
-        self.statistics.miss(self._answers.describe())
-        lost = self._answers.unanswered(self.cycle)
-        self._answers.missing = 0
-        self._missed(lost)
-        self._close()
+    def send_rows(self, out: list[Frame]) -> None:
+        """The whole arm has been sampled: the next set of rows goes out."""
+        force = self._force
+        self._rows.send(self._inputs.arm_state.q, force.compliance, force.load, out)
 
-    def _close(self) -> None:
-        """All have answered, or their time is over: change phase, make the next set-point."""
+    def close(self, now_ns: int, out: list[Frame]) -> None:
+        """All have answered, or their time is over: make the next set-point, or change phase.
+
+        In lockstep the next cycle begins at once.
+        """
+        inputs, requests, phase = self._inputs, self._requests, self._machine.phase
         self.closed += 1
-        self.stillness.watch(self.arm_state)
-        self._at_close()
-        if not self._lockstep or self._deadline_ns is None:
-            return
-        if self.paced:
-            self._deadline_ns = self._began_ns + self.settings.period_ns
-        else:
-            self._begin_cycle(self._now_ns)
+        self._stillness.watch(inputs.arm_state)
+        if phase is Phase.RUN:
+            self._statistics.cycles += 1
+        if phase is Phase.RUN and not requests.stop:
+            motion, force, q = self._motion, self._force, inputs.arm_state.q
+            model, in_force = self._rows.newest, self._rows.in_force.compliance
+            self._statistics.errors(inputs.errors, motion.moves)
+            force.sense(
+                inputs.take_reading(), inputs.torques, motion.commanded, q, model, motion.guarded
+            )
+            if force.close(motion.force_request, q, inputs.errors, model, in_force):
+                motion.end_guarded()
+            violation = force.comply.limit_violation()
+            if violation:
+                self.halt(violation, out)
+            else:
+                self._make_setpoint(out)
+        _TRANSITIONS[phase](self, out)  # below: how each phase may end
+        self._broadcast.gripper = requests.gripper  # goes out with the next set-point
+        if self._timer.close():
+            self.begin(now_ns, now_ns, out)
+
+    def close_incomplete(self, now_ns: int, out: list[Frame]) -> None:
+        """The time of the cycle is over, and an answer is missing."""
+        missing, lost = self._inputs.give_up(self.number)
+        self._statistics.miss(missing)
+        if self._machine.phase is Phase.END:
+            self._ending += SILENCE_COUNTS
+        elif lost:
+            self.halt(lost, out)
+        self.close(now_ns, out)
+
+    def halt(self, reason: str, out: list[Frame]) -> None:
+        """Latch a fault: every node stops, and stays stopped."""
+        cycling = self._machine.cycling
+        if self._machine.latch(reason):
+            self._motion.generator.disable()
+            out.append(self._broadcast.command(Command.QUICKSTOP))
+            if not cycling:
+                self._timer.stop()
 
     @property
     def in_progress(self) -> int:
         """The cycle under way; between the close of one and the next SYNC the one that is next."""
-        return self.cycle if self._answers.missing else self.cycle + 1
+        return self.number + self._inputs.complete
+
+    # --- steps of a cycle ---------------------------------------------------------------------
+
+    def _make_setpoint(self, out: list[Frame]) -> None:
+        """The set-point of the next cycle; one the arm cannot take is not sent."""
+        try:
+            setpoint, refusal = self._motion.next_setpoint()
+            self._displacement = self._force.follow(self._motion.commanded.theta)
+        except KinematicsError as error:  # stopped where nothing can be held
+            self.halt(str(error), out)
+            return
+        if refusal is None:
+            self._setpoint = setpoint
+        else:
+            self.halt(f"set-point refused before it was sent: {refusal}", out)
+
+    # --- transitions at the end of a cycle ----------------------------------------------------
+
+    def _end_homing(self, out: list[Frame]) -> None:
+        """HOME ends when master and nodes know where all joints are."""
+        if self._inputs.arm_state.referenced and self._bring_up.roster.all_in(NodeState.READY):
+            self._machine.change(PhaseEvent.ALL_HOMED)
+        else:
+            self._stop_on_request(out)
+
+    def _start_or_stop(self, out: list[Frame]) -> None:
+        if self._requests.start and not self._requests.stop:
+            self._enable(out)
+        else:
+            self._stop_on_request(out)
+
+    def _stop_on_request(self, out: list[Frame]) -> None:
+        """Torque off, brakes on: STOP from motion, RESET out of a controlled stop."""
+        if self._requests.stop:
+            halted = self._machine.phase is Phase.HALT
+            out.append(self._broadcast.command(Command.RESET if halted else Command.STOP))
+            self._machine.change(PhaseEvent.STOP)
+
+    def _await_brakes(self, _out: list[Frame]) -> None:
+        """The run ends when the brakes hold, or when they do not for too long."""
+        self._ending += 1
+        if all(self._inputs.arm_state.braked) or self._ending >= BRAKING_CYCLES:
+            self._timer.stop()
+
+    def _enable(self, out: list[Frame]) -> None:
+        """START: counters and cycles restart at 0, and the arm holds where it is."""
+        self._requests.start = False
+        state = self._inputs.arm_state
+        try:
+            self._motion.enable(state.q)
+        except KinematicsError as error:
+            self.halt(str(error), out)
+            return
+        self._force.reset()
+        state.open_counts = state.jaw_counts  # homing has left it there
+        self._machine.change(PhaseEvent.START)
+        out.append(self._broadcast.command(Command.START))
+        self._restart_counters()
+        self.number = -1
+        self._make_setpoint(out)
+
+
+_TRANSITIONS: Final = complete(
+    {
+        Phase.HOME: ControlCycle._end_homing,
+        Phase.READY: ControlCycle._start_or_stop,
+        Phase.RUN: ControlCycle._stop_on_request,
+        Phase.HALT: ControlCycle._stop_on_request,
+        Phase.END: ControlCycle._await_brakes,
+    },
+    CYCLING,
+)
+"""How each phase that has cycles may end when one is closed; faults end it at any time."""

@@ -13,8 +13,8 @@ from rfms_can.kinematics import (
     singularity_margins,
 )
 from rfms_can.master.accepted import AcceptedMove, AcceptedMoves
-from rfms_can.master.force.control import Asked
 from rfms_can.master.force.requested import RequestedCompliance
+from rfms_can.master.force.specification import ForceRequest
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.planning import MovePlanner
@@ -42,28 +42,30 @@ WRIST_MARGIN = 1e-3
 """|sin theta5| under which an arm is not enabled: nodes could not tell theta4 from theta6."""
 
 
-Vet = Callable[[Asked, Joints, bool], str | None]
-"""Why force control cannot do what a move asks for at joint angles, at rest or not; or None."""
-
-
-def _anything_goes(_asked: Asked, _theta: Joints, _rests: bool) -> str | None:
-    return None
+Vet = Callable[[ForceRequest, Joints, bool], str | None]
+"""Why force control refuses the request of a move at joint angles, at rest or not; or None."""
 
 
 class Motion:
     """Trajectory generator, its shadow of the six joints, and the world model.
 
+    Args:
+        arm: the arm.
+        period_s: control period, s.
+        blend: matching polynomial of transitions.
+        vet: says why force control refuses the request of a move, or None.
+
     Attributes:
-        asked: what the move under way asks of force control; None before the first.
-        vet: says why force control cannot do what a move asks for, or None.
-        generator: the supervisor's half of the trajectory generator.
+        force_request: of the move in progress; None before the first.
+        generator: the master's half of the trajectory generator.
         commanded: the commanded trajectory, in double precision.
         world: symbol tables.
     """
 
-    def __init__(self, arm: Arm, period_s: float, blend: Blend) -> None:
+    def __init__(self, arm: Arm, period_s: float, blend: Blend, vet: Vet) -> None:
         self._arm = arm
         self._period = period_s
+        self._vet = vet
         self.commanded = CommandedTrajectory(arm, period_s)
         self.generator = TrajectoryGenerator(period_s, blend)
         self._planner = MovePlanner(arm, period_s)
@@ -71,8 +73,7 @@ class Motion:
         self.world = WorldModel(Configuration(True, True, True), period_s)
         self._moves = AcceptedMoves()
         self._requested = RequestedCompliance()
-        self.asked: Asked | None = None
-        self.vet: Vet = _anything_goes
+        self.force_request: ForceRequest | None = None
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define_transform,
             PositionMessage: self._define_position,
@@ -87,11 +88,16 @@ class Motion:
         }
 
     def enable(self, q: Sequence[float]) -> None:
-        """Hold where the encoders say the arm is (rad); moves start from there.
+        """Hold where the encoders say the arm is (rad), without a move and without a force request.
 
         Raises:
             KinematicsError: the wrist is singular there.
         """
+        self._hold(q)
+        self.force_request = None
+
+    def _hold(self, q: Sequence[float]) -> None:
+        """Hold at joint angles (rad); moves start from there, those accepted before are over."""
         arm = self._arm
         margin = singularity_margins(arm, q).wrist
         if abs(margin) < WRIST_MARGIN:
@@ -105,7 +111,6 @@ class Motion:
         self.commanded.reset(q)
         self._planner.reset(self.commanded.theta)
         self._moves.clear()
-        self.asked = None
 
     def forget(self) -> None:
         """Begin with empty symbol tables and rigid, for another program; the motion goes on."""
@@ -121,7 +126,7 @@ class Motion:
         """
         act = self._acts.get(type(message))
         if act is None:
-            raise ProgramError(f"{type(message).__name__} is no request for motion")
+            raise ProgramError(f"{type(message).__name__} is not a request for motion")
         return act(message) or NOTED
 
     def _define_transform(self, message: TransformMessage) -> None:
@@ -168,36 +173,36 @@ class Motion:
         return Answer(sequence, plan.segment_time, plan.via_deviation, plan.via_rotation)
 
     def _admit(self, sequence: int, move: AcceptedMove) -> None:
-        """Refuse what cannot be: a move behind a guarded one, a force the arm has not."""
+        """Refuse a move behind a guarded one, or a force beyond the arm's torque."""
         name = f"to {move.position.name!r} with {move.mode.name!r}: "
         guarded, generator = self._moves.last_guarded, self.generator
         if guarded and not self.is_over(guarded):
             raise MoveError(
-                f"{name}move {guarded} is guarded, so nobody knows where it will end: "
+                f"{name}move {guarded} is guarded, so its end is not known in advance: "
                 f"wait for it before asking for another"
             )
-        asked = move.asked(sequence, self._tick)
-        reason = self.vet(asked, self.commanded.theta, generator.at_rest)
+        request = move.force_request(sequence, self._tick)
+        reason = self._vet(request, self.commanded.theta, generator.at_rest)
         if reason:
             raise MoveError(name + reason)
 
     def _tick(self) -> int:
         return self.generator.tick_count
 
-    def _look_at_move(self, sequence: int) -> None:
-        """A move that takes over brings its specification."""
-        if self.asked is not None and self.asked.sequence == sequence:
+    def _take_over(self, sequence: int) -> None:
+        """A move that takes over brings its force request."""
+        if self.force_request is not None and self.force_request.sequence == sequence:
             return
         move = self._moves.get(sequence)
         if move is not None:
-            self.asked = move.asked(sequence, self._tick)
+            self.force_request = move.force_request(sequence, self._tick)
 
     @property
     def guarded(self) -> bool:
         """Whether the move under way stops on force or distance: until it is over."""
-        asked = self.asked
-        return asked is not None and (
-            asked.specification.guard.active and not self.is_over(asked.sequence)
+        request = self.force_request
+        return request is not None and (
+            request.specification.guard.active and not self.is_over(request.sequence)
         )
 
     def end_guarded(self) -> None:
@@ -218,18 +223,16 @@ class Motion:
         """The set-point of the next cycle, and why it must not be sent, or None."""
         generator, world = self.generator, self.world
         if generator.stopped:
-            asked = self.asked
-            self.enable(self.commanded.theta)
-            self.asked = asked  # it goes on complying where it stopped
+            self._hold(self.commanded.theta)  # force control goes on complying where it stopped
         for name in world.unseen(generator.tick_count):
             world.halt_transform(name, generator.tick_count, self._limits(name))
         setpoint = generator.tick()
-        self._look_at_move(generator.sequence)
+        self._take_over(generator.sequence)
         return setpoint, self.commanded.check(setpoint)
 
     @property
     def comply(self) -> str:
-        """Directions the program has asked to comply in, e.g. ``"fx fy rx ry"``."""
+        """Directions the program has requested to comply in, e.g. ``"fx fy rx ry"``."""
         return self._requested.selection.word
 
     @property

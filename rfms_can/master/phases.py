@@ -1,9 +1,15 @@
-"""The phases of the master: one literal table; the state of each phase on the bus beside it."""
+"""The phases of the master: one literal table, the machine that walks it and latches the fault.
+
+How it couples to the other machines: SYNC carries ``BUS_STATES[phase]``, and nodes compare it with
+their own state; NMT commands that go with a change of phase are sent by the control cycle; the
+trajectory generator is enabled just before RUN and disabled by a fault.
+"""
 
 from enum import Enum, auto
 from typing import Final
 
 from rfms_can.errors import RfmsError
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import NodeState
 
 
@@ -37,50 +43,56 @@ class PhaseEvent(Enum):
     FAULT = auto()
 
 
-PHASES: Final[dict[Phase, dict[PhaseEvent, Phase]]] = {
-    Phase.ROLL_CALL: {
-        PhaseEvent.ALL_PRESENT: Phase.CONFIGURE,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
+PHASES: Final[dict[Phase, dict[PhaseEvent, Phase]]] = complete(
+    {
+        Phase.ROLL_CALL: {
+            PhaseEvent.ALL_PRESENT: Phase.CONFIGURE,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.CONFIGURE: {
+            PhaseEvent.ALL_CONFIGURED: Phase.HOME,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.HOME: {
+            PhaseEvent.ALL_HOMED: Phase.READY,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.READY: {
+            PhaseEvent.START: Phase.RUN,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.RUN: {
+            PhaseEvent.STOP: Phase.END,
+            PhaseEvent.FAULT: Phase.HALT,
+        },
+        Phase.HALT: {
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
+        },
+        Phase.END: {
+            PhaseEvent.FAULT: Phase.END,
+            PhaseEvent.STOP: Phase.END,
+        },
     },
-    Phase.CONFIGURE: {
-        PhaseEvent.ALL_CONFIGURED: Phase.HOME,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.HOME: {
-        PhaseEvent.ALL_HOMED: Phase.READY,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.READY: {
-        PhaseEvent.START: Phase.RUN,
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.RUN: {
-        PhaseEvent.STOP: Phase.END,
-        PhaseEvent.FAULT: Phase.HALT,
-    },
-    Phase.HALT: {
-        PhaseEvent.FAULT: Phase.HALT,
-        PhaseEvent.STOP: Phase.END,
-    },
-    Phase.END: {
-        PhaseEvent.FAULT: Phase.END,
-        PhaseEvent.STOP: Phase.END,
-    },
-}
+    Phase,
+)
 
-BUS_STATES: Final[dict[Phase, NodeState]] = {
-    Phase.ROLL_CALL: NodeState.PREOP,
-    Phase.CONFIGURE: NodeState.PREOP,
-    Phase.HOME: NodeState.HOMING,
-    Phase.READY: NodeState.READY,
-    Phase.RUN: NodeState.OPERATIONAL,
-    Phase.HALT: NodeState.QUICKSTOP,
-    Phase.END: NodeState.READY,
-}
+BUS_STATES: Final[dict[Phase, NodeState]] = complete(
+    {
+        Phase.ROLL_CALL: NodeState.PREOP,
+        Phase.CONFIGURE: NodeState.PREOP,
+        Phase.HOME: NodeState.HOMING,
+        Phase.READY: NodeState.READY,
+        Phase.RUN: NodeState.OPERATIONAL,
+        Phase.HALT: NodeState.QUICKSTOP,
+        Phase.END: NodeState.READY,
+    },
+    Phase,
+)
 """What SYNC says of each phase."""
 
 CYCLING: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN, Phase.HALT, Phase.END))
@@ -88,7 +100,7 @@ CYCLING: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN, Phase.HALT, Phas
 
 
 class PhaseError(RfmsError):
-    """Our own code asked for a phase change the table does not have."""
+    """Our own code requested a phase change that the table does not have."""
 
 
 def next_phase(phase: Phase, event: PhaseEvent) -> Phase:
@@ -101,3 +113,53 @@ def next_phase(phase: Phase, event: PhaseEvent) -> Phase:
         return PHASES[phase][event]
     except KeyError:
         raise PhaseError(f"master: {event.name} in phase {phase.name} has no transition") from None
+
+
+class PhaseMachine:
+    """The phase, and the latched fault: the only place where either is changed."""
+
+    __slots__ = ("_fault", "_phase")
+
+    def __init__(self) -> None:
+        self._phase = Phase.ROLL_CALL
+        self._fault: str | None = None
+
+    @property
+    def phase(self) -> Phase:
+        """What the master is doing with the bus."""
+        return self._phase
+
+    @property
+    def fault(self) -> str | None:
+        """Reason of the first fault, or None; latched until the master is started again."""
+        return self._fault
+
+    @property
+    def cycling(self) -> bool:
+        """Whether control cycles run."""
+        return self._phase in CYCLING
+
+    def change(self, event: PhaseEvent) -> None:
+        """Go where the table says.
+
+        Raises:
+            PhaseError: the table has no such transition, or a fault was to be raised without its
+                reason: a bug.
+        """
+        if event is PhaseEvent.FAULT:
+            raise PhaseError("master: a fault is latched with its reason: call latch(reason)")
+        self._phase = next_phase(self._phase, event)
+
+    def latch(self, reason: str) -> bool:
+        """Latch a fault; the first reason stays. At the end of a run there is nothing to stop.
+
+        Returns:
+            Whether the phase has become HALT just now, so that the nodes have to be told.
+        """
+        phase = self._phase
+        if phase is Phase.END:
+            return False
+        if self._fault is None:
+            self._fault = reason
+        self._phase = next_phase(phase, PhaseEvent.FAULT)
+        return phase is not Phase.HALT

@@ -1,7 +1,7 @@
-"""What the supervisor tells programs: the arm's status, and whether what they wait for holds."""
+"""What the master tells programs: the arm's status, and whether what they wait for holds."""
 
 from rfms_can.kinematics import direct
-from rfms_can.master.supervisor import Supervisor
+from rfms_can.master.node import MasterNode
 from rfms_can.messages import (
     AnyCondition,
     AtRest,
@@ -12,70 +12,70 @@ from rfms_can.messages import (
 )
 
 
-def holds(supervisor: Supervisor, condition: AnyCondition) -> bool:
+def holds(master: MasterNode, condition: AnyCondition) -> bool:
     """Whether a condition holds at the end of the last closed cycle."""
     match condition:
         case MoveOver(sequence):
-            return supervisor.motion.is_over(sequence) and not (
-                supervisor.motion.at_rest and supervisor.force_control.comply.fading
+            return master.motion.is_over(sequence) and not (
+                master.motion.at_rest and master.force_control.comply.fading
             )
         case AtRest():
-            return stands(supervisor)
+            return stands(master)
         case JawAtRest():
-            return supervisor.stillness.jaw
+            return master.stillness.jaw
         case CycleReached(cycle):
-            return supervisor.statistics.cycles >= cycle
+            return master.statistics.cycles >= cycle
 
 
-def stands(supervisor: Supervisor) -> bool:
+def stands(master: MasterNode) -> bool:
     """Whether no move is under way or waits, nothing is commanded to move, and nothing does.
 
     An arm that follows a goal slowly stands still by its encoders from one cycle to the next; so
     does one that begins to come back from where compliance has let it go to.
     """
-    motion, comply = supervisor.motion, supervisor.force_control.comply
-    stands_still = supervisor.stillness.arm and not comply.fading
+    motion, comply = master.motion, master.force_control.comply
+    stands_still = master.stillness.arm and not comply.fading
     return stands_still and motion.at_rest and not motion.moves
 
 
-def status_of(supervisor: Supervisor, lease: str | None = None, refused: int = 0) -> Status:
+def status_of(master: MasterNode, lease: str | None = None, refused: int = 0) -> Status:
     """The arm's state at the end of the last closed cycle.
 
     Args:
-        supervisor: the master.
+        master: the master.
         lease: who holds it.
         refused: requests refused so far.
     """
-    motion, state = supervisor.motion, supervisor.arm_state
-    generator, force = motion.generator, supervisor.force_control
+    motion, state = master.motion, master.arm_state
+    generator, force = motion.generator, master.force_control
     q1, q2, q3, q4, q5, q6 = state.q
-    e1, e2, e3, e4, e5, e6 = supervisor.errors
-    cycle, settings = supervisor.statistics.cycles, supervisor.settings
+    e1, e2, e3, e4, e5, e6 = master.inputs.errors
+    cycle, settings = master.statistics.cycles, master.settings
     period = settings.period_ns * 1e-9
     return Status(
         cycle=cycle,
         time=max(cycle - 1, 0) * period,
         period=period,
         clock=settings.clock.name.lower(),
-        phase=supervisor.phase.name,
+        phase=master.phase.name,
         stage=generator.stage.name,
         joints=(q1, q2, q3, q4, q5, q6),
-        t6=direct(supervisor.arm, state.q),
+        t6=direct(master.arm, state.q),
         errors=(e1, e2, e3, e4, e5, e6),
         sequence=generator.sequence,
         completed=generator.completed,
         waiting=generator.waiting,
-        at_rest=stands(supervisor),
-        jaw_at_rest=supervisor.stillness.jaw,
-        jaw=state.jaw_opening(supervisor.arm.gripper),
+        at_rest=stands(master),
+        jaw_at_rest=master.stillness.jaw,
+        jaw=state.jaw_opening(master.arm.gripper),
         feed=generator.feed,
         comply=motion.comply,
-        complying=supervisor.broadcast.in_force.selection.word,
+        complying=master.rows.in_force.compliance.selection.word,
         complied=force.complied,
         force=force.force,
         force_loop=settings.force_loop,
         guard=force.guards.tripped,
         lease=lease,
         refused=refused,
-        fault=supervisor.fault,
+        fault=master.fault,
     )

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Final
 
 from rfms_can.arm.calibration import Calibration
 from rfms_can.compliance import ControlLaw
 from rfms_can.dynamics.model import FULL
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import Blend
 
 
@@ -18,6 +20,37 @@ class Clock(IntEnum):
     """The slowest node: a cycle ends when all have answered, or at a wall-clock barrier."""
     REALTIME = 2
     """An absolute monotonic schedule."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClockDefinition:
+    """What distinguishes a clock.
+
+    Attributes:
+        in_one_process: whether it is that of the simulated bus, with all nodes in one process.
+        waits_for_nodes: whether a cycle lasts until all nodes have answered, up to the barrier.
+        waits_for_programs: whether time stands still while the program runs between two waits.
+    """
+
+    in_one_process: bool
+    waits_for_nodes: bool
+    waits_for_programs: bool
+
+
+CLOCKS: Final = complete(
+    {
+        Clock.VIRTUAL: ClockDefinition(
+            in_one_process=True, waits_for_nodes=False, waits_for_programs=True
+        ),
+        Clock.LOCKSTEP: ClockDefinition(
+            in_one_process=False, waits_for_nodes=True, waits_for_programs=True
+        ),
+        Clock.REALTIME: ClockDefinition(
+            in_one_process=False, waits_for_nodes=False, waits_for_programs=False
+        ),
+    },
+    Clock,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +66,11 @@ class MasterSettings:
         blend: matching polynomial of transitions.
         barrier_s: longest lockstep cycle, s.
         patience_s: how long nodes may take to appear and to answer a configuration, s.
-        paced: lockstep cycles are no shorter than the period; for a bus that idles.
+        paced: lockstep cycles are not shorter than the period; for a bus that idles.
         law: how the arm complies.
         sensor: whether the plant has a wrist sensor.
         closed: whether the force loop is closed over it.
-        dither: part of the friction, 0 to 1, that complying joints dither with at rest.
+        dither: fraction of the friction, 0 to 1, that complying joints dither with at rest.
     """
 
     rate_hz: float = 250.0
@@ -67,5 +100,5 @@ class MasterSettings:
     @property
     def cycle_limit_ns(self) -> int:
         """Longest time between two SYNCs, ns: the period, or the barrier in lockstep."""
-        lockstep = self.clock is Clock.LOCKSTEP
-        return round(self.barrier_s * 1e9) if lockstep else self.period_ns
+        waits = CLOCKS[self.clock].waits_for_nodes
+        return round(self.barrier_s * 1e9) if waits else self.period_ns

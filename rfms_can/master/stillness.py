@@ -33,11 +33,11 @@ class Stillness:
         self._jaw_counts = state.jaw_counts
 
     def jaw_commanded(self) -> None:
-        """The jaw will move: it has to come to rest anew."""
+        """The jaw will move: it has to come to rest again."""
         self._jaw = 0
 
     def arm_commanded(self) -> None:
-        """The arm will move: it has to come to rest anew."""
+        """The arm will move: it has to come to rest again."""
         self._arm = 0
 
     @property

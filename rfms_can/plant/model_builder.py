@@ -10,6 +10,7 @@ import numpy as np
 from rfms_can.arm import Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.scene import EDGE_RADIUS, Contact, Kind, Scene, Shape, Tool
+from rfms_can.tables import complete
 from rfms_can.transform import Transform, Vector3
 
 GRAVITY: Final = 9.81  # m/s2, along -z of the base
@@ -18,12 +19,15 @@ WRIST_FORCE, WRIST_TORQUE = "wrist force", "wrist torque"
 TOOL, TIP = "tool", "tip"
 """Body of the tool, and site of its tip."""
 
-_GEOMETRY: Final = {
-    Kind.BOX: mujoco.mjtGeom.mjGEOM_BOX,
-    Kind.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
-    Kind.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
-    Kind.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
-}
+_GEOMETRY: Final = complete(
+    {
+        Kind.BOX: mujoco.mjtGeom.mjGEOM_BOX,
+        Kind.CYLINDER: mujoco.mjtGeom.mjGEOM_CYLINDER,
+        Kind.SPHERE: mujoco.mjtGeom.mjGEOM_SPHERE,
+        Kind.PLANE: mujoco.mjtGeom.mjGEOM_PLANE,
+    },
+    Kind,
+)
 IMPEDANCE: Final = 0.5
 """MuJoCo's d: the fraction of a contact's acceleration that its constraint prescribes. With less,
 spring and damper need shorter steps; near 1, MuJoCo's contact is rigid and ignores the spring."""

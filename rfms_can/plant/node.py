@@ -13,6 +13,7 @@ from typing import Final
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.plant.physics import PlantPhysics
+from rfms_can.tables import complete
 from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
@@ -158,13 +159,13 @@ class PlantNode(Endpoint):
     def _on_command(self, nmt: Nmt) -> None:
         if nmt.node not in (0, self.number):
             return
-        if nmt.command == Command.ANNOUNCE:
-            self._announce()
-        elif nmt.command == Command.START:
-            self._restart_counters()
-        elif nmt.command == Command.RESET:
-            self._hear_anew()
-            self._stopped = False
+        reaction = _REACTIONS.get(nmt.command)
+        if reaction is not None:
+            reaction(self)
+
+    def _reset(self) -> None:
+        self._hear_anew()
+        self._stopped = False
 
     def _on_estop(self, estop: Estop) -> None:
         """Torque off and brakes on, whatever the nodes say, until RESET."""
@@ -174,3 +175,17 @@ class PlantNode(Endpoint):
                 self._power_off(index)
             self._silent = [SILENT_CYCLES] * GRIPPER
             self._arrived = [None] * GRIPPER
+
+
+_REACTIONS: Final[dict[int, Callable[[PlantNode], None] | None]] = complete(
+    {
+        Command.ANNOUNCE: PlantNode._announce,
+        Command.HOME: None,
+        Command.START: PlantNode._restart_counters,
+        Command.STOP: None,
+        Command.RESET: PlantNode._reset,
+        Command.QUICKSTOP: None,
+    },
+    Command,
+)
+"""What a command does; moving and stopping are the joints' business, which the plant feels."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from rfms_can.bus.node_driver import NodeDriver
 from rfms_can.errors import FaultError
-from rfms_can.master.supervisor import Supervisor
+from rfms_can.master.node import MasterNode
 from rfms_can.rig.processes import open_master_port
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire.contract import Wire
@@ -17,17 +17,17 @@ def run_idle(settings: RunSettings, stop: Callable[[], bool]) -> None:
     Raises:
         FaultError: the bus could not be brought up, or a fault was latched.
     """
-    supervisor = Supervisor(
+    master = MasterNode(
         settings.the_arm, Wire(), settings.boot_id(MASTER), settings.master(paced=True)
     )
-    port = open_master_port(settings, supervisor)
-    driver = NodeDriver(supervisor, port)
+    port = open_master_port(settings, master)
+    driver = NodeDriver(master, port)
     try:
-        driver.run_until(lambda: stop() or supervisor.fault is not None)
-        if supervisor.fault is None:
-            supervisor.stop()
-            driver.run_until(lambda: supervisor.ended or supervisor.next_deadline_ns() is None)
+        driver.run_until(lambda: stop() or master.fault is not None)
+        if master.fault is None:
+            master.stop()
+            driver.run_until(lambda: master.ended or master.next_deadline_ns() is None)
     finally:
         port.close()
-    if supervisor.fault is not None:
-        raise FaultError(supervisor.fault)
+    if master.fault is not None:
+        raise FaultError(master.fault)

@@ -1,12 +1,12 @@
-"""A program's link to a supervisor in its own process: time advances only while it waits."""
+"""A program's link to a master in its own process: time advances only while it waits."""
 
 from collections.abc import Callable
 from functools import partial
 
 from rfms_can.errors import FaultError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds, status_of
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status
 from rfms_can.rig.realtime import ThreadedPump
 
@@ -15,10 +15,10 @@ Pump = Callable[[Callable[[], bool]], None]
 
 
 class DirectLink:
-    """``coordinator.Link`` on a supervisor.
+    """``coordinator.Link`` on a master.
 
     Args:
-        supervisor: the master.
+        master: the master.
         pump: runs the bus.
         on_cycle: called once for every closed cycle.
         interrupted: whether the program is to end; called after every event.
@@ -26,16 +26,16 @@ class DirectLink:
 
     def __init__(
         self,
-        supervisor: Supervisor,
+        master: MasterNode,
         pump: Pump,
         on_cycle: Callable[[], None],
         interrupted: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._supervisor = supervisor
+        self._master = master
         self._pump = pump
         self._on_cycle = on_cycle
         self._interrupted = interrupted
-        self._closed = supervisor.closed
+        self._closed = master.closed
 
     def pass_time(
         self, condition: Callable[[], bool], ended: Callable[[], bool] = lambda: False
@@ -46,15 +46,15 @@ class DirectLink:
             condition: evaluated at the end of every cycle.
             ended: evaluated after every event.
         """
-        supervisor = self._supervisor
+        cycle, machine = self._master.cycle, self._master.machine  # asked after every event
         if condition():
             return
 
         def held() -> bool:
-            if supervisor.closed == self._closed and supervisor.fault is None:
+            if cycle.closed == self._closed and machine.fault is None:
                 return ended()  # conditions depend on closed cycles only
-            if supervisor.closed != self._closed:
-                self._closed = supervisor.closed
+            if cycle.closed != self._closed:
+                self._closed = cycle.closed
                 self._on_cycle()
             return condition() or ended()
 
@@ -67,26 +67,26 @@ class DirectLink:
             FaultError: the run was halted.
             KeyboardInterrupt: the program was interrupted.
         """
-        supervisor = self._supervisor
-        self.pass_time(lambda: supervisor.fault is not None or condition(), self._interrupted)
-        if supervisor.fault is not None:
-            raise FaultError(supervisor.fault)
+        master = self._master
+        self.pass_time(lambda: master.fault is not None or condition(), self._interrupted)
+        if master.fault is not None:
+            raise FaultError(master.fault)
         if self._interrupted():
             raise KeyboardInterrupt
 
     def wait(self, *any_of: AnyCondition) -> None:
         """Let time advance until one of the conditions holds; see ``run_until``."""
-        supervisor = self._supervisor
-        self.run_until(lambda: any(holds(supervisor, condition) for condition in any_of))
+        master = self._master
+        self.run_until(lambda: any(holds(master, condition) for condition in any_of))
 
     def request(self, message: ArmRequest) -> Answer:
-        """Pass a message to the supervisor; in real time in the thread that runs it."""
-        handle = partial(self._supervisor.handle, message)
+        """Pass a message to the master; in real time in the thread that runs it."""
+        handle = partial(self._master.handle, message)
         return self._pump.do(handle) if isinstance(self._pump, ThreadedPump) else handle()
 
     def status(self) -> Status:
         """The arm's state, as of the last closed cycle."""
-        return status_of(self._supervisor)
+        return status_of(self._master)
 
     def time(self) -> float:
         """The arm's clock at the last closed cycle, s."""
@@ -95,4 +95,4 @@ class DirectLink:
     @property
     def running(self) -> bool:
         """Whether the arm is enabled."""
-        return self._supervisor.phase is Phase.RUN
+        return self._master.phase is Phase.RUN

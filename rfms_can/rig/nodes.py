@@ -2,7 +2,7 @@
 
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
-from rfms_can.master.supervisor import Supervisor
+from rfms_can.master.node import MasterNode
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.variant import make_variant
@@ -22,9 +22,9 @@ def make_gripper(settings: RunSettings, wire: Wire) -> GripperNode:
     return GripperNode(wire, settings.boot_id(GRIPPER), settings.watch_ns)
 
 
-def make_master(settings: RunSettings, wire: Wire) -> Supervisor:
+def make_master(settings: RunSettings, wire: Wire) -> MasterNode:
     """Node 8."""
-    return Supervisor(settings.the_arm, wire, settings.boot_id(8), settings.master())
+    return MasterNode(settings.the_arm, wire, settings.boot_id(8), settings.master())
 
 
 def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:

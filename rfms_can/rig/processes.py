@@ -18,7 +18,7 @@ from rfms_can.bus.port import Port
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import HUB, parse_bus_url
 from rfms_can.errors import BusError
-from rfms_can.master.supervisor import Supervisor
+from rfms_can.master.node import MasterNode
 from rfms_can.node.protocol import Node
 from rfms_can.rig.child import Child, Stop, describe
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
@@ -100,7 +100,7 @@ def check_bus(settings: RunSettings) -> None:
     open_port(settings.bus, frozenset(), client="check").close()
 
 
-def open_master_port(settings: RunSettings, supervisor: Supervisor) -> Port:
+def open_master_port(settings: RunSettings, master: MasterNode) -> Port:
     """The master's port: echoes its own ROWS once they are sent, and counts foreign frames.
 
     Raises:
@@ -108,11 +108,9 @@ def open_master_port(settings: RunSettings, supervisor: Supervisor) -> Port:
     """
 
     def count(_kind: str) -> None:
-        supervisor.foreign += 1
+        master.foreign += 1
 
-    return open_port(
-        settings.bus, supervisor.accepts, client=supervisor.name, echo=True, on_foreign=count
-    )
+    return open_port(settings.bus, master.accepts, client=master.name, echo=True, on_foreign=count)
 
 
 class ProcessRig:
@@ -124,7 +122,7 @@ class ProcessRig:
         elsewhere: nodes that are started elsewhere: real boards, or other terminals.
 
     Attributes:
-        supervisor: the master.
+        master: the master.
         children: the processes; the hub and the recorder first.
 
     Raises:
@@ -149,13 +147,13 @@ class ProcessRig:
             check_bus(settings)
             self._recorder += [] if record is None else [start_recorder(record, settings)]
             self.children = [start_node(n, settings, wire) for n in OTHERS if n not in elsewhere]
-            self.supervisor = make_master(settings, wire)
-            self._port = open_master_port(settings, self.supervisor)
+            self.master = make_master(settings, wire)
+            self._port = open_master_port(settings, self.master)
         except BaseException:
             self.close()
             raise
         self._statistics = self._port.statistics
-        self._driver = NodeDriver(self.supervisor, self._port)
+        self._driver = NodeDriver(self.master, self._port)
         self._look = 0
         self._received = self._begun = 0
 
@@ -179,8 +177,8 @@ class ProcessRig:
 
     def _look_after_children(self) -> None:
         for child in self.children:
-            if not child.alive and self.supervisor.fault is None:
-                self.supervisor.lose(f"the process of {describe(child)}")
+            if not child.alive and self.master.fault is None:
+                self.master.lose(f"the process of {describe(child)}")
 
     def begin_measuring(self) -> None:
         """Start counting frames."""
@@ -188,7 +186,7 @@ class ProcessRig:
 
     def _count(self) -> int:
         counts = self._statistics
-        return counts["sent"] + counts["received"] - self.supervisor.heard_back
+        return counts["sent"] + counts["received"] - self.master.heard_back
 
     @property
     def load(self) -> float | None:

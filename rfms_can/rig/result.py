@@ -5,8 +5,8 @@ from typing import Any
 import msgspec
 
 from rfms_can.arm import Arm
+from rfms_can.master.node import MasterNode
 from rfms_can.master.statistics import RunStatistics, Tracking
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.rig.truth import SceneResult
 from rfms_can.wire.nodes import JOINTS
 
@@ -95,7 +95,7 @@ def joint_results(arm: Arm, statistics: RunStatistics) -> list[JointResult]:
     ]
 
 
-def discarded_frames(supervisor: Supervisor) -> dict[str, int]:
+def discarded_frames(master: MasterNode) -> dict[str, int]:
     """Frames each node has discarded, as its last heartbeat says; the master's own count too."""
-    counts = supervisor.bring_up.roster.discarded()
-    return {**counts, supervisor.name: supervisor.discarded}
+    counts = master.bring_up.roster.discarded()
+    return {**counts, master.name: master.discarded}

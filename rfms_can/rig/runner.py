@@ -95,8 +95,8 @@ def _run(
 def complete_record(session: Session, settings: RunSettings, run_record: Record | None) -> None:
     """Complete the record of a run, if there is one."""
     if run_record is not None:
-        supervisor = session.supervisor
-        run_record.settings(settings, supervisor.arm, supervisor.arm_state.zero_counts)
+        master = session.master
+        run_record.settings(settings, master.arm, master.arm_state.zero_counts)
         run_record.commanded(session.commanded)
         watch = session.rig.watch if isinstance(session.rig, SimulatedRig) else None
         if watch is not None:

@@ -14,7 +14,7 @@ from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of
 from rfms_can.link.keys import ServerKeys
 from rfms_can.link.server import ServerSocket, check_binding
 from rfms_can.master.server.core import Server
-from rfms_can.master.settings import Clock
+from rfms_can.master.settings import CLOCKS
 from rfms_can.messages import ServerNumbers
 from rfms_can.rig.record import Record
 from rfms_can.rig.result import RunResult
@@ -83,13 +83,13 @@ class Serving:
         bus_bound: float | None = None,
         keep: bool = False,
     ) -> None:
-        supervisor = self._supervisor = rig.supervisor
-        self._clock = supervisor.settings.clock
-        self._barrier_s = supervisor.settings.barrier_s
+        master = self._master = rig.master
+        self._clock = CLOCKS[master.settings.clock]
+        self._barrier_s = master.settings.barrier_s
         self._interrupted = interrupted
         self._shown = shown
         self._waited_long_enough = False
-        self.server = Server(supervisor)
+        self.server = Server(master)
         self._driver = ServerDriver(self.server, socket)
         self.session = Session(
             rig,
@@ -128,34 +128,33 @@ class Serving:
             self._driver.broadcast()
 
     def _serve(self) -> None:
-        supervisor, link = self._supervisor, self.session.link
+        master, link = self._master, self.session.link
         while not self._over():
             if self._may_go_on():
-                supervisor.paced = not self.server.time_may_pass
+                master.timer.paced = not self.server.time_may_pass
                 link.pass_time(lambda: self._over() or not self._may_go_on(), self._after_event)
             else:
                 self._stand_still()
-        if supervisor.fault is not None:
-            raise FaultError(supervisor.fault)
+        if master.fault is not None:
+            raise FaultError(master.fault)
 
     def _over(self) -> bool:
-        return self._supervisor.fault is not None or self._interrupted()
+        return self._master.fault is not None or self._interrupted()
 
     def _may_go_on(self) -> bool:
         """Whether the next cycle may begin; in lockstep the nodes' waiting time is bounded."""
         if self.server.time_may_pass:
             self._waited_long_enough = False
             return True
-        return self._clock is Clock.LOCKSTEP and (
-            self._waited_long_enough or self.server.holder is None
-        )
+        enough = self._waited_long_enough or self.server.holder is None
+        return enough and self._clock.waits_for_nodes
 
     def _after_event(self) -> bool:
         """Poll the sockets between two steps of the bus; whether the server is to end."""
-        if self._clock is not Clock.VIRTUAL:
+        if not self._clock.in_one_process:
             self._driver.serve()
-            if self._clock is Clock.LOCKSTEP:
-                self._supervisor.paced = not self.server.time_may_pass
+            if self._clock.waits_for_nodes:
+                self._master.timer.paced = not self.server.time_may_pass
         return self._interrupted()
 
     def _close_cycle(self) -> None:
@@ -165,10 +164,10 @@ class Serving:
     def _stand_still(self) -> None:
         """Wait until a client lets time pass; in lockstep at most the fraction of the barrier."""
         limit_s = self._barrier_s * THINKING_FRACTION
-        lockstep = self._clock is Clock.LOCKSTEP
+        waiting = self._clock.waits_for_nodes
         until = time.monotonic() + limit_s
         while not self._over() and not self._may_go_on():
-            left_s = until - time.monotonic() if lockstep else LOOK_S
+            left_s = until - time.monotonic() if waiting else LOOK_S
             self._waited_long_enough = left_s <= 0.0
             self._driver.wait(max(0.0, min(left_s, LOOK_S)))
             self._driver.broadcast()

@@ -12,10 +12,10 @@ from typing import Protocol
 from rfms_can.coordinator import Arm
 from rfms_can.coordinator.stopping import stopped, wait_for
 from rfms_can.errors import FaultError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
-from rfms_can.master.settings import Clock
-from rfms_can.master.supervisor import Supervisor
+from rfms_can.master.settings import CLOCKS
 from rfms_can.messages import StopRequest
 from rfms_can.rig.link import DirectLink
 from rfms_can.rig.realtime import ThreadedPump
@@ -36,7 +36,7 @@ PROGRESS_EVERY = 50
 class Rig(Protocol):
     """The nodes and their bus, as a session needs them."""
 
-    supervisor: Supervisor
+    master: MasterNode
 
     def pump(self, condition: Callable[[], bool]) -> None:
         """Run until a condition holds; it is evaluated after every event."""
@@ -73,7 +73,7 @@ class Session:
         interrupted: whether the program is to end.
 
     Attributes:
-        link: the program's link to the supervisor.
+        link: the program's link to the master.
         commanded: six joint angles a cycle, rad, if kept: those sent, in double precision.
     """
 
@@ -89,12 +89,10 @@ class Session:
         interrupted: Callable[[], bool] = lambda: False,
     ) -> None:
         self.rig = rig
-        self.supervisor = rig.supervisor
-        realtime = rig.supervisor.settings.clock is Clock.REALTIME
-        self._thread = ThreadedPump(rig.pump) if realtime and threaded else None
-        self.link = DirectLink(
-            rig.supervisor, self._thread or rig.pump, self._on_cycle, interrupted
-        )
+        self.master = rig.master
+        waits = CLOCKS[rig.master.settings.clock].waits_for_programs
+        self._thread = ThreadedPump(rig.pump) if threaded and not waits else None
+        self.link = DirectLink(rig.master, self._thread or rig.pump, self._on_cycle, interrupted)
         self.commanded: array[float] = array("d")
         self._bus_bound = bus_bound
         self._progress = progress
@@ -104,12 +102,12 @@ class Session:
         self._error: str | None = None
 
     def _on_cycle(self) -> None:
-        supervisor = self.supervisor
+        master = self.master
         if self._keep and self.link.running:
-            self.commanded.extend(supervisor.motion.commanded.theta)
+            self.commanded.extend(master.motion.commanded.theta)
         if self._each_cycle is not None:
             self._each_cycle()
-        if self._progress is not None and supervisor.closed % PROGRESS_EVERY == 0:
+        if self._progress is not None and master.closed % PROGRESS_EVERY == 0:
             self._progress(self)
 
     def run(self, program: Program) -> RunResult:
@@ -137,10 +135,10 @@ class Session:
 
     def bring_up(self) -> None:
         """From power-up to an enabled arm: roll call, configuration, homing, start."""
-        supervisor = self.supervisor
-        self.link.run_until(lambda: supervisor.phase is Phase.READY)
-        supervisor.start()
-        self.link.run_until(lambda: supervisor.phase is Phase.RUN)
+        master = self.master
+        self.link.run_until(lambda: master.phase is Phase.READY)
+        master.start()
+        self.link.run_until(lambda: master.phase is Phase.RUN)
         self.rig.begin_measuring()
         self._enabled_at = time.perf_counter()
 
@@ -151,28 +149,26 @@ class Session:
         """
         if self.link.running:
             self.link.request(StopRequest())
-            supervisor, ends = self.supervisor, stopped(self.link.status())
+            master, ends = self.master, stopped(self.link.status())
             self.link.pass_time(
-                lambda: supervisor.fault is not None or any(holds(supervisor, end) for end in ends)
+                lambda: master.fault is not None or any(holds(master, end) for end in ends)
             )
 
     def coast(self, cycles: int) -> None:
         """Let a halted arm come to rest; gives up early on a bus that does not answer."""
-        supervisor, statistics = self.supervisor, self.supervisor.statistics
-        until, silent = supervisor.closed + cycles, statistics.incomplete + SILENT_CYCLES
-        if supervisor.next_deadline_ns() is not None:
-            self.link.pass_time(
-                lambda: supervisor.closed >= until or statistics.incomplete >= silent
-            )
+        master, statistics = self.master, self.master.statistics
+        until, silent = master.closed + cycles, statistics.incomplete + SILENT_CYCLES
+        if master.next_deadline_ns() is not None:
+            self.link.pass_time(lambda: master.closed >= until or statistics.incomplete >= silent)
 
     def disable(self) -> None:
         """Torque off and brakes on, for good."""
         if self._enabled_at and not self._wall_s:
             self._wall_s = time.perf_counter() - self._enabled_at
-        supervisor = self.supervisor
-        supervisor.stop()
-        if supervisor.next_deadline_ns() is not None:
-            self.link.pass_time(lambda: supervisor.ended)
+        master = self.master
+        master.stop()
+        if master.next_deadline_ns() is not None:
+            self.link.pass_time(lambda: master.ended)
 
     def close(self) -> None:
         """End the bus' thread, where there is one."""
@@ -181,22 +177,22 @@ class Session:
 
     def result(self) -> RunResult:
         """The numbers so far."""
-        supervisor, statistics = self.supervisor, self.supervisor.statistics
+        master, statistics = self.master, self.master.statistics
         return RunResult(
-            fault=supervisor.fault,
+            fault=master.fault,
             error=self._error,
             cycles=statistics.cycles,
             incomplete=statistics.incomplete,
             missing=dict(statistics.missing),
-            joints=joint_results(supervisor.arm, statistics),
+            joints=joint_results(master.arm, statistics),
             frames=self.rig.frames,
             bus_load=self.rig.load,
             bus_bound=self._bus_bound,
-            discarded=discarded_frames(supervisor),
-            foreign=supervisor.foreign,
-            lost=supervisor.lost,
+            discarded=discarded_frames(master),
+            foreign=master.foreign,
+            lost=master.lost,
             lateness=list(statistics.lateness),
             wall_s=self._wall_s,
             scene=self.rig.scene,
-            reported=list(supervisor.broadcast.math.complying.reported),
+            reported=list(master.rows.reported),
         )

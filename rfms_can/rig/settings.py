@@ -9,10 +9,10 @@ from rfms_can.arm import Arm, arm_by_name, friction_set
 from rfms_can.arm.calibration import load_calibration
 from rfms_can.bus.timing import BusTiming
 from rfms_can.bus.url import SIM, parse_bus_url
-from rfms_can.compliance import ControlLaw
+from rfms_can.compliance import LAWS, ControlLaw
 from rfms_can.dynamics.model import FULL, NONE, check_kind
 from rfms_can.errors import RfmsError
-from rfms_can.master.settings import Clock, MasterSettings
+from rfms_can.master.settings import CLOCKS, Clock, MasterSettings
 from rfms_can.plant.physics import physics_steps
 from rfms_can.plant.scene import Scene
 from rfms_can.plant.scene.catalogue import scene_from
@@ -54,8 +54,7 @@ class RunSettings:
         sensor: at its wrist: ``none``, ``ideal`` or ``good``.
         law: how the arm complies: a word of ``compliance.ControlLaw``.
         force_loop: ``open``, ``closed`` over the sensor, or empty: closed if there is one.
-        dither: amplitude of the dither of complying joints at rest, a fraction of the friction,
-            0 to 1.
+        dither: fraction of the friction that complying joints dither with at rest, 0 to 1.
     """
 
     arm: str = "puma260"
@@ -91,16 +90,16 @@ class RunSettings:
         check_kind(self.dynamics)
         if self.calibration:
             load_calibration(Path(self.calibration)).check(arm)
-        choice("clock", self.clock or "virtual", Clock)
         choice("blend", self.blend, Blend)
-        if simulated and self.clock not in ("", "virtual"):
+        one_process = CLOCKS[self.the_clock].in_one_process
+        if simulated and not one_process:
             raise SettingsError(
                 f"clock {self.clock!r} needs processes on a hub or a CAN interface; bus 'sim' "
                 f"runs in virtual time"
             )
-        if not simulated and self.clock == "virtual":
+        if one_process and not simulated:
             raise SettingsError(
-                f"clock 'virtual' works only on bus 'sim'; {self.bus} needs 'lockstep'"
+                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} takes lockstep"
             )
         for name in ("barrier", "patience"):
             if not 0.0 < getattr(self, name) <= LONGEST_S:
@@ -113,9 +112,9 @@ class RunSettings:
         words = [law.value for law in ControlLaw]
         if self.law not in words:
             raise SettingsError(f"law {self.law!r} does not exist; there are: {', '.join(words)}")
-        if self.dynamics == NONE and self.law == ControlLaw.WEIGHTED:
+        if self.dynamics == NONE and LAWS[ControlLaw(self.law)].needs_model:
             raise SettingsError(
-                "law 'weighted' needs a model of the arm: with dynamics 'none' take law 'hybrid'"
+                f"law {self.law!r} needs a model of the arm: with dynamics 'none' take law 'hybrid'"
             )
         if self.force_loop not in ("", "open", "closed"):
             raise SettingsError(f"force loop {self.force_loop!r}: it is open or closed")

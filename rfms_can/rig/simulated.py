@@ -6,7 +6,7 @@ from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
-from rfms_can.master.supervisor import Supervisor
+from rfms_can.master.node import MasterNode
 from rfms_can.plant.node import PlantNode
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
@@ -21,7 +21,7 @@ class SimulatedRig:
 
     Attributes:
         bus: the simulated bus.
-        supervisor, joints, gripper, plant: its nodes.
+        master, joints, gripper, plant: its nodes.
         watch: observer of the contact with the scene; None without one.
     """
 
@@ -31,11 +31,11 @@ class SimulatedRig:
         self.joints: list[JointNode] = [make_joint(joint, settings, wire) for joint in JOINTS]
         self.gripper: GripperNode = make_gripper(settings, wire)
         self.plant: PlantNode = make_plant(settings, wire)
-        self.supervisor: Supervisor = make_master(settings, wire)
+        self.master: MasterNode = make_master(settings, wire)
         self.watch: SceneWatch | None = None
         if settings.the_scene.tool is not None:
             self.watch = SceneWatch(self.plant, settings.scene)
-        for node in (*self.joints, self.gripper, self.plant, self.supervisor):
+        for node in (*self.joints, self.gripper, self.plant, self.master):
             self.bus.attach(node)
 
     def observe(self, observer: Callable[[int, Frame], None]) -> None:

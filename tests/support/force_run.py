@@ -56,7 +56,7 @@ def run(program: Program, scene: str, friction: str = "thesis", **settings: Any)
 
         def look(_: int, frame: Frame) -> None:
             if frame.id == _SYNC:
-                told.append((status_of(rig.supervisor), [joint.torque for joint in rig.joints]))
+                told.append((status_of(rig.master), [joint.torque for joint in rig.joints]))
 
         rig.observe(look)
 

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.kinematics import direct
+from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import Clock
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import ModeMessage, MoveRequest, PositionMessage, TransformMessage
 from rfms_can.node.protocol import Node
 from rfms_can.plant.node import PlantNode
@@ -135,7 +135,7 @@ class Fleet:
         self.joints = [JointNode(joint, wire, joint, watch_ns) for joint in JOINTS]
         self.gripper = GripperNode(wire, GRIPPER, watch_ns)
         self.plant = PlantNode(_physics(run), wire, 9, watch_ns)
-        self.master = Supervisor(arm, wire, 8, how)
+        self.master = MasterNode(arm, wire, 8, how)
         self.pump = Pump(*self.joints, self.gripper, self.plant, self.master)
         self.reader = Reader(wire)
 

@@ -40,11 +40,11 @@ class Bench:
 
     def __init__(self, wire: Wire) -> None:
         self.rig = SimulatedRig(RunSettings(friction="none"), wire)
-        self.supervisor = self.rig.supervisor
-        self.rig.pump(lambda: self.supervisor.phase is Phase.READY)
-        self.supervisor.start()
-        self.rig.pump(lambda: self.supervisor.phase is Phase.RUN)
-        self.server = Server(self.supervisor)
+        self.master = self.rig.master
+        self.rig.pump(lambda: self.master.phase is Phase.READY)
+        self.master.start()
+        self.rig.pump(lambda: self.master.phase is Phase.RUN)
+        self.server = Server(self.master)
         self.now_ns = 0
         self.inbox: dict[bytes, list[Reply]] = {}
         self.frames: list[Frame] = []
@@ -69,17 +69,17 @@ class Bench:
     def cycles(self, number: int = 1) -> None:
         """Let cycles be closed, whatever the clock rule says."""
         for _ in range(number):
-            closed = self.supervisor.closed
-            self.rig.pump(lambda closed=closed: self.supervisor.closed > closed)  # type: ignore[misc]
+            closed = self.master.closed
+            self.rig.pump(lambda closed=closed: self.master.closed > closed)  # type: ignore[misc]
             self.hear(self.server.close_cycle(self.now_ns))
 
     def steps(self, number: int) -> None:
         """Let so many things happen on the bus, and cycles be closed with them."""
-        closed = self.supervisor.closed
+        closed = self.master.closed
         for _ in range(number):
             self.rig.bus.step()
-            if self.supervisor.closed != closed:
-                closed = self.supervisor.closed
+            if self.master.closed != closed:
+                closed = self.master.closed
                 self.hear(self.server.close_cycle(self.now_ns))
 
     def run(self, until: Callable[[], bool], limit: int = 5000) -> int:

@@ -65,7 +65,7 @@ class RestWatch:
 
     def __init__(self, rig: SimulatedRig, settings: RunSettings, wire: Wire) -> None:
         self.rests: list[Rest] = []
-        self._supervisor = rig.supervisor
+        self._master = rig.master
         self._settling = round(SETTLING_S * settings.rate)
         self._period_s = 1.0 / settings.rate
         self._errors: dict[int, list[float]] = {joint: [] for joint in JOINTS}
@@ -80,7 +80,7 @@ class RestWatch:
         if frame.id not in self._receivers:
             return
         joint, receiver = self._receivers[frame.id]
-        if self._supervisor.motion.moves:
+        if self._master.motion.moves:
             self._end_rest(joint)
             return
         error = receiver.decoder.decode(frame)

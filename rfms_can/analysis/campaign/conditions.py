@@ -9,13 +9,13 @@ import msgspec
 from rfms_can.analysis.campaign.job import FRICTIONS, TASKS, Job, groups_of
 from rfms_can.errors import RfmsError
 from rfms_can.master.force.bias import (
+    CONTACT,
     DEAD_BAND,
-    FORGET_S,
+    INTEGRAL_FADE_S,
     INTEGRAL_RATE,
     PROPORTIONAL,
-    TOUCH,
 )
-from rfms_can.master.math_processor import COMPLIANT_DAMPING
+from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
 from rfms_can.messages import Vector6
 from rfms_can.plant.scene.peg_in_hole import PegInHole
 from rfms_can.rig.gains import gains
@@ -91,8 +91,8 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             proportional=PROPORTIONAL,
             integral_rate=INTEGRAL_RATE,
             dead_band=DEAD_BAND,
-            touch=TOUCH,
-            forget_s=FORGET_S,
+            touch=CONTACT,
+            forget_s=INTEGRAL_FADE_S,
             stiffness=contact.stiffness,
             sliding=contact.friction,
             radius=peg.radius,

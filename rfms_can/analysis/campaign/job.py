@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 import msgspec
 
-from rfms_can.compliance import ControlLaw
+from rfms_can.compliance import LAWS, ControlLaw
 from rfms_can.rig.settings import RunSettings
 
 ARM: Final = "puma560"
@@ -89,10 +89,10 @@ def groups_of(
 ) -> list[Group]:
     """Laws at every task, friction by friction.
 
-    Position control has no loop to close.
+    A law that does not comply has no force loop to close.
     """
     made = (
-        Group(law.value, "open" if law is ControlLaw.POSITION else loop, friction, offset, tilt)
+        Group(law.value, loop if LAWS[law].complies else "open", friction, offset, tilt)
         for loop, offset, tilt in tasks
         for friction in frictions
         for law in laws

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from statistics import fmean, median
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from rich.table import Table
 
 from rfms_can.analysis.campaign.job import Group, Insertion
 from rfms_can.compliance import ControlLaw
 
+BASELINE: Final = ControlLaw.POSITION
+"""The law whose lateral peaks the others' are divided by."""
 HEADINGS = (
     "law",
     "loop",
@@ -95,7 +97,7 @@ def _ratio(
     group: Group, found: list[Insertion], groups: dict[Group, list[Insertion]]
 ) -> float | None:
     """Lateral peaks over those of position control, over the misalignments both have met."""
-    rigid = group._replace(law=ControlLaw.POSITION.value, loop="open")
+    rigid = group._replace(law=BASELINE.value, loop="open")
     theirs = {result.seed: result.lateral_peak for result in groups.get(rigid, [])}
     both = [(r.lateral_peak, theirs[r.seed]) for r in found if r.seed in theirs]
     if not both or group == rigid:

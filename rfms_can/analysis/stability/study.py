@@ -1,8 +1,8 @@
 """One question about stability: an arm, a law, gains, a selection and a compliance frame."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,24 +12,22 @@ from rfms_can.analysis.stability.loop import Loop, pid_loop, scheduled_loop, wei
 from rfms_can.analysis.stability.sampled import gain_margin, is_stable, sampled_poles
 from rfms_can.arm import Arm, friction_set
 from rfms_can.compliance import (
+    LAWS,
     ControlLaw,
     LawRows,
+    RowsAtPose,
     Selection,
+    Servos,
     compliance_jacobian,
     conflicts,
-    free_joint_rows,
-    hybrid_rows,
-    match_joints,
-    matched_stiffness,
-    position_rows,
     regular_pose,
-    stiffness_rows,
 )
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import RfmsError
 from rfms_can.master.start_up.node_parameters import DAMPING_RATIO, joint_parameters
+from rfms_can.tables import complete
 from rfms_can.transform import Transform
-from rfms_can.wire.vocabulary import Parameter
+from rfms_can.wire.vocabulary import Law, Parameter
 
 Matrix = npt.NDArray[np.float64]
 
@@ -92,9 +90,9 @@ class Study:
         ):
             if not low <= value <= high:
                 raise RfmsError(f"{name} {value:g} is not in {low:g}..{high:g}")
-        if self.law is ControlLaw.WEIGHTED and len(set(self.natural)) > 1:
+        if _TORQUES[LAWS[self.law].wire].one_frequency and len(set(self.natural)) > 1:
             raise RfmsError(
-                f"law weighted has one natural frequency for all joints, not {self.natural}"
+                f"law {self.law.value} has one natural frequency for all joints, not {self.natural}"
             )
 
 
@@ -145,9 +143,9 @@ class Analyst:
         self.Kp = self.inertia * self.natural**2
         self.Kd = 2.0 * study.damping_ratio * self.inertia * self.natural
         self._friction = [joint.viscous for joint in friction_set(arm, study.friction)]
-        J, M = self._model(arm.park)
-        self.stiffness = matched_stiffness(J, study.selection, M, float(self.natural[0]))
-        self.length = arm.a2
+        self._law = LAWS[study.law]
+        self._servos = Servos(list(self.Kp), float(self.natural[0]), arm.a2)
+        self._begun = self._begin(*self._model(arm.park))
 
     def analyse(self, q: Sequence[float], *, margin: bool = False) -> Analysis:
         """Poles and verdicts at six joint angles, rad; the gain margin (slow) if asked for."""
@@ -156,7 +154,7 @@ class Analyst:
         loop, period = self._loop(rows, J, M), 1.0 / self.study.rate_hz
         values, sampled = poles(loop), sampled_poles(loop, period)
         named: tuple[str, ...] = ()
-        if rows.projection is not None and self.study.law is not ControlLaw.FREE_JOINT:
+        if rows.projection is not None and self._law.parts_directions:
             found = conflicts(rows.projection, J, self.study.selection)
             named = tuple(str(conflict) for conflict in found)
         return Analysis(
@@ -181,43 +179,65 @@ class Analyst:
         J = compliance_jacobian(dynamics.J, self.study.frame)
         return J, np.diag(self.inertia) if self.study.diagonal else dynamics.M
 
+    def _begin(self, J: Matrix, M: Matrix) -> RowsAtPose:
+        return self._law.begin(J, M, self.study.selection, self._servos)
+
     def _rows(self, J: Matrix, M: Matrix) -> LawRows:
-        study = self.study
-        if study.law is ControlLaw.POSITION:
-            return position_rows(M)
-        if study.law is ControlLaw.STIFFNESS:
-            return stiffness_rows(J, self.stiffness, M, list(self.Kp))
-        if study.law is ControlLaw.FREE_JOINT:
-            matching = match_joints(J, study.selection, self.length)
-            return free_joint_rows(J, study.selection, matching.joints, M)
-        return hybrid_rows(J, study.selection, M)
+        begun = self._begin(J, M) if self._law.begins_at_each_pose else self._begun
+        return begun(J, M)
 
     def _loop(self, rows: LawRows, J: Matrix, M: Matrix) -> Loop:
-        study = self.study
-        plant = M + study.payload * J[:3].T @ J[:3]
-        free = 0 if study.law is ControlLaw.POSITION else study.selection.size
-        if study.law is ControlLaw.WEIGHTED:
-            loop = weighted_loop(
-                plant,
-                M,
-                rows.errors,
-                float(self.natural[0]),
-                study.damping_ratio,
-                free,
-                compliant_rate=study.compliant_rate,
-                friction=self._friction,
-            )
-        else:
-            projects = study.law is not ControlLaw.STIFFNESS
-            loop = pid_loop(
-                plant,
-                rows.errors,
-                list(self.Kp),
-                list(self.Kd),
-                free,
-                compliant_damping=list(study.compliant_rate * self.inertia * projects),
-                friction=self._friction,
-            )
-        if study.scheduled:
-            loop = scheduled_loop(loop, study.scheduled)
+        plant = M + self.study.payload * J[:3].T @ J[:3]
+        loop = _TORQUES[self._law.wire].loop(self, plant, M, rows.errors)
+        if self.study.scheduled:
+            loop = scheduled_loop(loop, self.study.scheduled)
         return loop
+
+    def _pid_loop(self, plant: Matrix, M: Matrix, C: Matrix) -> Loop:
+        rate = self.study.compliant_rate if self._law.damped else 0.0
+        return pid_loop(
+            plant,
+            C,
+            list(self.Kp),
+            list(self.Kd),
+            self._free,
+            compliant_damping=list(rate * self.inertia),
+            friction=self._friction,
+        )
+
+    def _weighted_loop(self, plant: Matrix, M: Matrix, C: Matrix) -> Loop:
+        return weighted_loop(
+            plant,
+            M,
+            C,
+            float(self.natural[0]),
+            self.study.damping_ratio,
+            self._free,
+            compliant_rate=self.study.compliant_rate,
+            friction=self._friction,
+        )
+
+    @property
+    def _free(self) -> int:
+        return self.study.selection.size if self._law.complies else 0
+
+
+class _Torque(NamedTuple):
+    """A torque equation of the nodes, as the analysis has it.
+
+    Attributes:
+        loop: the linear loop of an analyst's nodes, from the plant's inertia, M of the rows, and C.
+        one_frequency: whether all joints have the same natural frequency.
+    """
+
+    loop: Callable[[Analyst, Matrix, Matrix, Matrix], Loop]
+    one_frequency: bool
+
+
+_TORQUES: Final = complete(
+    {
+        Law.PID: _Torque(Analyst._pid_loop, one_frequency=False),
+        Law.WEIGHTED: _Torque(Analyst._weighted_loop, one_frequency=True),
+    },
+    Law,
+)

@@ -6,7 +6,7 @@ the cycles of each motion, so that an analysis can assign the frames.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, assert_never
 
 from rfms_can.arm import Arm as ArmData
 from rfms_can.coordinator import Arm
@@ -21,7 +21,7 @@ BURST: Final = "burst"
 TOUR: Final = "tour"
 
 TRANSIT_SPEED: Final = 0.95
-"""Fraction of the joints' speed limits on the way to the start of an experiment."""
+"""Fraction of the joints' speed limits on the way to where an experiment begins."""
 TRANSIT_ACCELERATION_S: Final = 0.3
 SWEEP_ACCELERATION_S: Final = 0.12
 RISE: Final = 1.875
@@ -179,12 +179,15 @@ def program_of(actions: Sequence[Action], data: ArmData, marks: list[Mark]) -> P
         stage = Stage(arm, data)
         stage.marks = marks
         for index, action in enumerate(actions):
-            if isinstance(action, Sweep):
-                _sweep(stage, index, action)
-            elif isinstance(action, Burst):
-                _burst(stage, index, action, data)
-            else:
-                _tour(stage, index, action)
+            match action:
+                case Sweep():
+                    _sweep(stage, index, action)
+                case Burst():
+                    _burst(stage, index, action, data)
+                case Tour():
+                    _tour(stage, index, action)
+                case _:
+                    assert_never(action)
 
     return program
 

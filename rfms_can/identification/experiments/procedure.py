@@ -196,6 +196,6 @@ def run_one(
         frames: list[tuple[float, Frame]] = read_candump(record / LOG)
         for _, frame in frames:
             tap.take(0, frame)
-    zero_counts = tuple(rigs[0].supervisor.arm_state.zero_counts)
+    zero_counts = tuple(rigs[0].master.arm_state.zero_counts)
     period_s = 1.0 / settings.rate
     return Data(tap.table, zero_counts, tuple(marks), period_s, experiment.load)

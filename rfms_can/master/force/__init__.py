@@ -1,1 +1,1 @@
-"""Force: what complies, what is pushed with, when a move is stopped by what it meets (Ch. V)."""
+"""Force control: compliance, bias force, and guarded moves (Ch. V)."""

@@ -1,7 +1,7 @@
-"""COMPLY: where compliance has let the arm go to, as a transform of the position equation (V.5).
+"""COMPLY: the displacement that compliance allows, as a transform of the position equation (V.5).
 
 T6 = L D(r) COMPLY R: what the nodes ignore of their errors, -S J dtheta in the compliance frame, is
-added to COMPLY each cycle, so that the set-point goes where the arm was let go to. The commanded
+added to COMPLY each cycle, so that the set-point follows the compliant displacement. The commanded
 trajectory itself, its rate and acceleration, stays free of it: encoder counts differenced twice
 would be accelerations of thousands of codes. What travels is the difference it makes in each joint.
 """
@@ -23,15 +23,15 @@ from rfms_can.transform import Transform, motion_of
 
 Matrix = npt.NDArray[np.float64]
 
-FARTHEST: Final = 0.2
-"""Displacement, m, at which compliance has gone astray."""
-FARTHEST_TURN: Final = 0.6
+MAX_DISPLACEMENT: Final = 0.2
+"""Largest displacement, m: beyond it compliance has failed."""
+MAX_ROTATION: Final = 0.6
 """The same, rad."""
-SMOOTH_S: Final = 0.012
-"""Time constant of how fast it goes, s."""
-FASTEST: Final = 0.25
-"""Speed, m/s, at which set-points go where compliance has let the arm go to, at most."""
-FASTEST_TURN: Final = 1.25
+FILTER_TIME_S: Final = 0.012
+"""Time constant of the displacement per cycle, s."""
+MAX_SPEED: Final = 0.25
+"""Largest speed, m/s, at which set-points follow the compliant displacement."""
+MAX_ANGULAR_SPEED: Final = 1.25
 """The same, rad/s."""
 _IDENTITY: Final = Transform.identity()
 
@@ -48,17 +48,25 @@ class Comply:
         displacement: what it makes of the joint angles, rad (6), at the last set-point.
     """
 
-    __slots__ = ("_arm", "_fade", "_most", "_most_turn", "_solve", "displacement", "transform")
+    __slots__ = (
+        "_arm",
+        "_fade",
+        "_max_rotation_step",
+        "_max_step",
+        "_solve",
+        "displacement",
+        "transform",
+    )
 
     def __init__(self, arm: Arm, period_s: float) -> None:
         self._arm = arm
-        self._most = FASTEST * period_s
-        self._most_turn = FASTEST_TURN * period_s
+        self._max_step = MAX_SPEED * period_s
+        self._max_rotation_step = MAX_ANGULAR_SPEED * period_s
         self._solve = InverseKinematics(arm).solve
         self.reset()
 
     def reset(self) -> None:
-        """Nothing has been let go."""
+        """No displacement."""
         self.transform = _IDENTITY
         self.displacement: tuple[float, ...] = (0.0,) * 6
         self._fade: Fade | None = None
@@ -70,11 +78,13 @@ class Comply:
 
     @property
     def fading(self) -> bool:
-        """Whether the set-point is on its way back to the commanded trajectory."""
+        """Whether the set-point is returning to the commanded trajectory."""
         return self._fade is not None
 
-    def take(self, errors: Sequence[float], J: Matrix, selection: Selection, E: Transform) -> None:
-        """Add what the nodes ignore of their errors.
+    def accumulate(
+        self, errors: Sequence[float], J: Matrix, selection: Selection, E: Transform
+    ) -> None:
+        """Add what the nodes ignore of their errors to COMPLY.
 
         Where compliance begins under load all of an error is ignored at once. A set-point must not
         jump there; what is left of it goes on being ignored, and is taken in the next cycles.
@@ -89,11 +99,11 @@ class Comply:
             self._fade = None  # complies again before it was back: go on from here
         dx, dy, dz, rx, ry, rz = np.where(selection.mask, -(J @ errors), 0.0).tolist()
         distance, angle = math.hypot(dx, dy, dz), math.hypot(rx, ry, rz)
-        part = 1.0 / max(1.0, distance / self._most, angle / self._most_turn)
-        step = Transform.translation(part * dx, part * dy, part * dz)
+        fraction = 1.0 / max(1.0, distance / self._max_step, angle / self._max_rotation_step)
+        step = Transform.translation(fraction * dx, fraction * dy, fraction * dz)
         if angle > 0.0:
             axis = (rx / angle, ry / angle, rz / angle)
-            step = step @ Transform.rotation(axis, part * angle)
+            step = step @ Transform.rotation(axis, fraction * angle)
         self.transform = _rigid(self.transform @ E @ step @ E.inverse())
 
     def fade(self, limits: Sequence[tuple[float, float]], least: int) -> None:
@@ -119,66 +129,68 @@ class Comply:
             if self._fade.over:
                 self.reset()
             else:
-                self.transform = self._left(theta)
+                self.transform = self._remaining(theta)
             return self.displacement
         near = [t + d for t, d in zip(theta, self.displacement, strict=True)]
         pose = direct(self._arm, theta) @ self.transform
         try:
             q = self._solve(pose, configuration_of(self._arm, theta), near)
         except KinematicsError as error:
-            raise type(error)(f"{self._gone}, where it cannot be held: {error}") from error
+            raise type(error)(
+                f"{self._displacement_text}, where it cannot be held: {error}"
+            ) from error
         self.displacement = tuple(a - b for a, b in zip(q, theta, strict=True))
         return self.displacement
 
-    def _left(self, theta: Joints) -> Transform:
-        """What is left of COMPLY on its way back: complying again goes on from there."""
+    def _remaining(self, theta: Joints) -> Transform:
+        """What remains of COMPLY while it fades: complying again goes on from there."""
         q1, q2, q3, q4, q5, q6 = (t + d for t, d in zip(theta, self.displacement, strict=True))
         displaced = direct(self._arm, (q1, q2, q3, q4, q5, q6))
         return _rigid(direct(self._arm, theta).inverse() @ displaced)
 
     def amount(self, E: Transform) -> Vector6:
-        """How far the compliance frame has been let go, along its own axes: m and rad (6)."""
+        """Displacement of the compliance frame, along its own axes: m and rad (6)."""
         return motion_of(E.inverse() @ self.transform @ E)
 
-    def astray(self) -> str | None:
-        """Why it has gone too far, or None."""
+    def limit_violation(self) -> str | None:
+        """Why the displacement is too large, or None."""
         x, y, z, rx, ry, rz = motion_of(self.transform)
         distance, turn = math.hypot(x, y, z), math.hypot(rx, ry, rz)
-        if distance <= FARTHEST and turn <= FARTHEST_TURN:
+        if distance <= MAX_DISPLACEMENT and turn <= MAX_ROTATION:
             return None
         return (
-            f"{self._gone} astray, {FARTHEST:g} m and {FARTHEST_TURN:g} rad at most: comply only "
-            f"where the task holds the arm, or stop it by a distance; is the mass in its mode what "
-            f"it holds?"
+            f"{self._displacement_text}, {MAX_DISPLACEMENT:g} m and {MAX_ROTATION:g} rad at most: "
+            f"comply only where the task holds the arm, or stop it by a distance; is the mass in "
+            f"its mode what it holds?"
         )
 
     @property
-    def _gone(self) -> str:
+    def _displacement_text(self) -> str:
         """How far it has gone, in words."""
         x, y, z, rx, ry, rz = motion_of(self.transform)
         distance, turn = math.hypot(x, y, z), math.hypot(rx, ry, rz)
-        return f"compliance has let the arm go {distance:.3f} m and {turn:.2f} rad"
+        return f"compliance has displaced the arm by {distance:.3f} m and {turn:.2f} rad"
 
 
-class Way:
-    """How far the compliance frame is let go in a cycle; encoder counts come one by one.
+class Displacement:
+    """Displacement of the compliance frame per cycle, low-pass filtered: encoder counts are steps.
 
     Args:
         period_s: control period, s.
 
     Attributes:
-        mean: m and rad along its axes (6), smooth.
+        mean: m and rad a cycle, along its axes (6).
     """
 
     def __init__(self, period_s: float) -> None:
-        self._share = period_s / (SMOOTH_S + period_s)
+        self._gain = period_s / (FILTER_TIME_S + period_s)
         self._last = np.zeros(6)
         self.mean: Matrix = np.zeros(6)
 
-    def take(self, complied: Vector6) -> None:
+    def update(self, complied: Vector6) -> None:
         """Where it is now, as :meth:`Comply.amount` has it."""
         now = np.array(complied)
-        self.mean += self._share * (now - self._last - self.mean)
+        self.mean += self._gain * (now - self._last - self.mean)
         self._last = now
 
 

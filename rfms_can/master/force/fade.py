@@ -10,7 +10,7 @@ PEAK_ACCELERATION: Final = 5.774
 
 
 class Fade:
-    """Six displacements on their way to zero.
+    """Six displacements that return to zero.
 
     Attributes:
         over: whether they are there.
@@ -41,5 +41,5 @@ class Fade:
         """One cycle on."""
         p = self._at = min(1.0, self._at + self._step)
         self.over = p > 1.0 - 1e-9
-        left = 0.0 if self.over else 1.0 - p**3 * (10.0 - 15.0 * p + 6.0 * p * p)
-        return tuple(left * size for size in self._from)
+        remaining = 0.0 if self.over else 1.0 - p**3 * (10.0 - 15.0 * p + 6.0 * p * p)
+        return tuple(remaining * size for size in self._from)

@@ -1,7 +1,7 @@
 """Guarded moves: stop on force and stop on distance (stpsel and dissel of the thesis' MODE).
 
-A move is stopped where a force that it meets, or the way that the arm has gone since the move took
-over, reaches what the mode says, in whichever sense. It then counts as over. The way is that of
+A move is stopped where a force that it meets, or the displacement since the move took over,
+reaches what the mode says, in either direction. It then counts as over. The displacement is that of
 what was in the compliance frame when the move took over, along and about the frame's axes then: a
 frame that stands in the world does not move itself.
 """
@@ -50,7 +50,7 @@ class Guards:
 
         Args:
             sequence: of the move.
-            force: felt in the compliance frame, N and N m.
+            force: measured in the compliance frame, N and N m.
             T6: where the arm is.
         """
         guard = self._guard
@@ -59,7 +59,7 @@ class Guards:
         reason = reached_force(guard, force)
         if reason is None and guard.distance != NO_FORCE:
             gone = motion_of(self._origin @ T6 @ self._frame)
-            reason = _reached(guard.distance, gone, DISTANCES, _WAYS)
+            reason = _reached(guard.distance, gone, DISTANCES, _UNITS)
         if reason is not None:
             self._guard = None
             self.tripped = f"move {sequence}: {reason}"
@@ -67,7 +67,7 @@ class Guards:
 
 
 _FORCES = ("N", "N", "N", "N m", "N m", "N m")
-_WAYS = ("m", "m", "m", "rad", "rad", "rad")
+_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 
 
 def reached_force(guard: Guard, force: Sequence[float]) -> str | None:

@@ -1,4 +1,4 @@
-"""Why what a move asks of the joints cannot be had, or what shall stop it would not."""
+"""Reasons to refuse a move: bias force, load, tare and guard, judged before it is accepted."""
 
 import math
 from collections.abc import Sequence
@@ -9,42 +9,42 @@ import numpy.typing as npt
 from rfms_can.arm import Arm, Load
 from rfms_can.compliance import compliance_jacobian
 from rfms_can.compliance.selection import DIRECTIONS, Selection
-from rfms_can.master.force.bias import BIAS_PART
-from rfms_can.master.force.felt import Felt
+from rfms_can.master.force.bias import BIAS_FRACTION
 from rfms_can.master.force.guards import DISTANCES, reached_force
 from rfms_can.master.force.specification import Guard
 from rfms_can.master.force.wrench import in_frame, weight
+from rfms_can.master.force.wrench_estimate import WrenchEstimate
 from rfms_can.messages import Vector6
 from rfms_can.transform import Transform
 
 Matrix = npt.NDArray[np.float64]
 
 
-def too_strong(J: Matrix, bias: Vector6, torque_limits: Sequence[float]) -> str | None:
-    """Which joint a bias force takes too much of, and what part of the bias would do; or None.
+def bias_refusal(J: Matrix, bias: Vector6, torque_limits: Sequence[float]) -> str | None:
+    """Which joint a bias force overloads, and the fraction of the bias that it could bear; or None.
 
     Args:
         J: (6, 6), Jacobian of the compliance frame.
         bias: N and N m, in that frame.
         torque_limits: of the joints, Nm.
     """
-    joint, torque, limit = _most_burdened(J.T @ np.array(bias), torque_limits)
+    joint, torque, limit = _critical_joint(J.T @ np.array(bias), torque_limits)
     if torque <= limit:
         return None
     words = ", ".join(
         f"{name} {value:g}" for name, value in zip(DIRECTIONS, bias, strict=True) if value
     )
-    part = _floored(limit / torque)
+    fraction = _floored(limit / torque)
     return (
         f"the bias {words} takes {torque:.1f} Nm of joint {joint}, which has {limit:.1f} Nm for "
-        f"it: ask for {part:g} of it or less"
+        f"it: ask for {fraction:g} of it or less"
     )
 
 
-def too_heavy(
+def load_refusal(
     J: Matrix, load: Load | None, T6: Transform, torque_limits: Sequence[float]
 ) -> str | None:
-    """Which joint could not hold a load up, and which mass it could; or None.
+    """Which joint a load overloads, and the mass that it could hold; or None.
 
     Args:
         J: (6, 6), Jacobian in the T6 frame.
@@ -54,24 +54,24 @@ def too_heavy(
     """
     if load is None:
         return None
-    joint, torque, limit = _most_burdened(J.T @ np.array(weight(load, T6)), torque_limits)
+    joint, torque, limit = _critical_joint(J.T @ np.array(weight(load, T6)), torque_limits)
     if torque <= limit:
         return None
-    most = _floored(load.mass * limit / torque)
+    held = _floored(load.mass * limit / torque)
     return (
         f"the mass {load.mass:g} kg takes {torque:.1f} Nm of joint {joint}, which has "
-        f"{limit:.1f} Nm for it: {most:g} kg or less can be held here"
+        f"{limit:.1f} Nm for it: {held:g} kg or less can be held here"
     )
 
 
-def untared(selection: Selection, felt: Felt) -> str | None:
+def tare_refusal(selection: Selection, estimate: WrenchEstimate) -> str | None:
     """Why the force loop may not be closed over a sensor whose bias is not known, or None.
 
     Args:
         selection: what is to comply.
-        felt: what the hand feels.
+        estimate: the wrench of the hand, by the sensor.
     """
-    if felt.tared or not selection.size:
+    if estimate.tared or not selection.size:
         return None
     return (
         f"it complies in {selection.word} with the force loop closed over a sensor that was not "
@@ -86,48 +86,49 @@ def _floored(value: float) -> float:
     return math.floor(value / digit) * digit
 
 
-def _most_burdened(
+def _critical_joint(
     torques: npt.NDArray[np.float64], torque_limits: Sequence[float]
 ) -> tuple[int, float, float]:
-    """The joint that is asked for most of what it has, how much that is, and how much it has."""
-    limits = [BIAS_PART * limit for limit in torque_limits]
-    parts = [abs(torque) / limit for torque, limit in zip(torques.tolist(), limits, strict=True)]
-    worst = max(range(len(parts)), key=parts.__getitem__)
+    """The joint nearest to its limit: its number, its torque, and its limit for this, Nm."""
+    limits = [BIAS_FRACTION * limit for limit in torque_limits]
+    loads = [abs(torque) / limit for torque, limit in zip(torques.tolist(), limits, strict=True)]
+    worst = max(range(len(loads)), key=loads.__getitem__)
     return worst + 1, abs(float(torques[worst])), limits[worst]
 
 
-def useless(
-    guard: Guard, felt: Felt, J: Matrix, frame: Transform, arm: Arm, rests: bool
+def guard_refusal(
+    guard: Guard, estimate: WrenchEstimate, J: Matrix, frame: Transform, arm: Arm, rests: bool
 ) -> str | None:
     """Why a guard would stop its move before it has met anything, or would never; or None.
 
     Args:
         guard: of the move.
-        felt: what the hand feels, or how little it can know of it.
+        estimate: the wrench of the hand, and how well it is known.
         J: (6, 6), Jacobian in the T6 frame.
         frame: the compliance frame in T6.
         arm: whose encoders and torques bound what can be known.
         rests: whether the arm rests where the move begins.
     """
-    most = felt.most(J, frame, [drive.torque_limit for drive in arm.drives]).tolist()
-    for name, bound, strongest in zip(DIRECTIONS, guard.force, most, strict=True):
-        if bound >= strongest:
+    torque_limits = [drive.torque_limit for drive in arm.drives]
+    largest = estimate.measurable_limit(J, frame, torque_limits).tolist()
+    for name, bound, limit in zip(DIRECTIONS, guard.force, largest, strict=True):
+        if bound >= limit:
             return (
-                f"stop on force {name} {bound:g}: no more than {strongest:.4g} is ever felt there; "
+                f"stop on force {name} {bound:g}: no more than {limit:.4g} can be measured there; "
                 "give less"
             )
     counts = np.array([1.0 / abs(drive.counts_per_radian) for drive in arm.drives])
-    step = (np.abs(compliance_jacobian(J, frame)) @ counts).tolist()
-    for name, bound, least in zip(DISTANCES, guard.distance, step, strict=True):
+    resolution = (np.abs(compliance_jacobian(J, frame)) @ counts).tolist()
+    for name, bound, least in zip(DISTANCES, guard.distance, resolution, strict=True):
         if 0.0 < bound <= least:
             return (
                 f"stop on distance {name} {bound:g}: one count of each encoder is up to "
                 f"{least:.2g} there; give more"
             )
-    if felt.sensed:
-        reached = reached_force(guard, in_frame(felt.wrench, frame)) if rests else None
+    if estimate.sensed:
+        reached = reached_force(guard, in_frame(estimate.wrench, frame)) if rests else None
         return reached and f"its stop condition holds already: {reached}"
-    hidden = felt.hidden(J, frame).tolist()
+    hidden = estimate.friction_uncertainty(J, frame).tolist()
     for name, bound, least in zip(DIRECTIONS, guard.force, hidden, strict=True):
         if 0.0 < bound < least:
             return (

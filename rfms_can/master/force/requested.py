@@ -1,7 +1,8 @@
-"""What the program has asked to comply in: it holds for the moves asked for from then on."""
+"""Directions that the program lets comply: they hold for the moves it requests from then on."""
 
 from rfms_can.compliance.selection import Selection, parse_bias
-from rfms_can.master.force.specification import NO_FORCE, RIGID
+from rfms_can.master.force.specification import NO_FORCE
+from rfms_can.master.rows.compliance import RIGID
 from rfms_can.messages import ComplyRequest, LockRequest, Vector6
 
 
@@ -19,7 +20,7 @@ class RequestedCompliance:
         self.forget()
 
     def forget(self) -> None:
-        """Rigid."""
+        """Comply in nothing: rigid."""
         self.selection: Selection = RIGID
         self.bias: Vector6 = NO_FORCE
 
@@ -27,7 +28,7 @@ class RequestedCompliance:
         """Comply in more directions, or with another force.
 
         Raises:
-            SelectionError: a word is no direction, or values do not fit the words.
+            SelectionError: a word does not name a direction, or values do not fit the words.
         """
         added, bias = parse_bias(request.word, request.values)
         self.selection = self.selection.with_(added)
@@ -37,7 +38,7 @@ class RequestedCompliance:
         """Be rigid in these again.
 
         Raises:
-            SelectionError: a word is no direction.
+            SelectionError: a word does not name a direction.
         """
         self.selection = self.selection.without(Selection.parse(request.word))
         self.bias = _pick(self.selection, self.bias, NO_FORCE)

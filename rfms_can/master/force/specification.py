@@ -1,22 +1,22 @@
-"""What a move asks of force control, and what the arm is doing about it."""
+"""What a move requests of force control."""
 
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from rfms_can.arm import Load
 from rfms_can.compliance.selection import Selection
+from rfms_can.master.rows.compliance import RIGID
 from rfms_can.messages import Vector6
 from rfms_can.transform import Transform
 
-RIGID: Final = Selection()
 NO_FORCE: Final[Vector6] = (0.0,) * 6
-LAST_NUMBER: Final = 255
 
 
 class Guard(NamedTuple):
     """What stops a move (stpsel and dissel of the thesis' MODE, VI.3.1).
 
     Attributes:
-        force: N and N m along and about the axes of the compliance frame; 0 where none is asked.
+        force: N and N m along and about the axes of the compliance frame; 0 for none.
         distance: m and rad that its frame has gone from where the move took over; likewise.
     """
 
@@ -33,7 +33,7 @@ NO_GUARD: Final = Guard()
 
 
 class Specification(NamedTuple):
-    """What a move asks for.
+    """What a move requests.
 
     Attributes:
         selection: directions that comply.
@@ -49,24 +49,17 @@ class Specification(NamedTuple):
     load: Load | None = None
 
 
-class Compliance(NamedTuple):
-    """What complies now, and where: what a set of rows is made for.
+class ForceRequest(NamedTuple):
+    """The move in progress, as force control sees it.
 
     Attributes:
-        number: counts the changes; 0 before the first, then 1 to 255 and over again.
-        selection: directions that comply.
-        frame: the compliance frame in T6.
+        sequence: its number.
+        specification: what it requests.
+        frame: its compliance frame in T6, for a pose of T6.
+        acceleration_time: t_acc, s.
     """
 
-    number: int = 0
-    selection: Selection = RIGID
-    frame: Transform = Transform.identity()
-
-    def changed(self, selection: Selection, frame: Transform) -> "Compliance":
-        """The next one."""
-        return Compliance(self.number % LAST_NUMBER + 1, selection, frame)
-
-    @property
-    def bits(self) -> int:
-        """The selection as the wire has it."""
-        return sum(1 << i for i, selected in enumerate(self.selection) if selected)
+    sequence: int
+    specification: Specification
+    frame: Callable[[Transform], Transform]
+    acceleration_time: float

@@ -1,1 +1,1 @@
-"""The server: what coordinators say over the link becomes requests of the supervisor. No I/O."""
+"""The server: what coordinators say over the link becomes requests of the master. No I/O."""

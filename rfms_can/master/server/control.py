@@ -1,14 +1,14 @@
-"""Who controls the arm, what becomes of it when nobody does any more, and when time may pass."""
+"""Who controls the arm, the controlled stop when control is lost, and when time may pass."""
 
 from collections import deque
 from typing import Final
 
 from rfms_can.errors import LeaseError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
 from rfms_can.master.server.lease import Lease
 from rfms_can.master.settings import Clock
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import AtRest, LeaseRequest, StopRequest
 
 EVENTS_KEPT: Final = 100
@@ -18,19 +18,19 @@ _AT_REST: Final = AtRest()
 
 
 class Control:
-    """The lease, and the controlled stop of an arm that nobody controls.
+    """The lease, and the controlled stop of an arm without a controller.
 
     Attributes:
         lease: who controls the arm.
-        lapses: how often the arm was stopped because nobody did.
-        events: what a person at the server may want to read; whoever shows it empties it.
+        lapses: how often the arm was stopped because control was lost.
+        events: lines for a person at the server; the reader empties it.
     """
 
-    def __init__(self, supervisor: Supervisor) -> None:
+    def __init__(self, master: MasterNode) -> None:
         self.lease = Lease()
         self.lapses = 0
         self.events: deque[str] = deque(maxlen=EVENTS_KEPT)
-        self._supervisor = supervisor
+        self._master = master
         self._last: str | None = None
         self._stopping = False
 
@@ -38,9 +38,9 @@ class Control:
         """Do what a session asks of the lease.
 
         Raises:
-            LeaseError: another has it, or nobody, or the arm is not enabled.
+            LeaseError: another session has it, or none has, or the arm is not enabled.
         """
-        lease, phase = self.lease, self._supervisor.phase
+        lease, phase = self.lease, self._master.phase
         if request.action == "acquire":
             if phase is not Phase.RUN:
                 raise LeaseError(f"the arm is not enabled (phase {phase.name}); try again later")
@@ -48,7 +48,7 @@ class Control:
                 self.events.append(f"{request.name!r} controls the arm")
             lease.acquire(word, request.name, request.duration_s, now_ns)
             if word != self._last:  # another program: the names of the last one are not its own
-                self._supervisor.motion.forget()
+                self._master.motion.forget()
             self._last, self._stopping = word, False
             return
         lease.check(word, now_ns)
@@ -66,14 +66,14 @@ class Control:
         return word
 
     def _lose(self, why: str) -> None:
-        """Nobody controls the arm: a controlled stop, which changes nothing for one at rest."""
-        supervisor = self._supervisor
+        """Control of the arm is lost: a controlled stop, which changes nothing for one at rest."""
+        master = self._master
         text = f"{self.lease.name!r} {why}"
         self.lease.free()
         moves = not self._rests()
-        if supervisor.phase is Phase.RUN:
-            supervisor.handle(StopRequest())
-        if supervisor.phase is Phase.RUN and moves:
+        if master.phase is Phase.RUN:
+            master.handle(StopRequest())
+        if master.phase is Phase.RUN and moves:
             self._stopping = True
             self.lapses += 1
             text += ": the arm is brought to rest"
@@ -81,25 +81,25 @@ class Control:
 
     def cycle_closed(self) -> None:
         """See whether an arm that was stopped rests."""
-        supervisor = self._supervisor
-        if self._stopping and (supervisor.phase is not Phase.RUN or self._rests()):
+        master = self._master
+        if self._stopping and (master.phase is not Phase.RUN or self._rests()):
             self._stopping = False
 
     def _rests(self) -> bool:
         """Whether the arm stands still and is commanded to: not following a slow goal either."""
-        rates = self._supervisor.motion.commanded.rate
-        return holds(self._supervisor, _AT_REST) and max(map(abs, rates)) < CREEP
+        rates = self._master.motion.commanded.rate
+        return holds(self._master, _AT_REST) and max(map(abs, rates)) < CREEP
 
     def time_may_pass(self, *, holder_waits: bool) -> bool:
         """Whether the next cycle may begin: but for real time, coordinators are part of the clock.
 
         Time passes while the holder of the lease waits, while the arm is not enabled, and while
-        it is brought to rest because nobody controls it.
+        it is brought to rest because control was lost.
         """
-        supervisor = self._supervisor
+        master = self._master
         return (
             holder_waits
             or self._stopping
-            or supervisor.settings.clock is Clock.REALTIME
-            or supervisor.phase is not Phase.RUN
+            or master.settings.clock is Clock.REALTIME
+            or master.phase is not Phase.RUN
         )

@@ -1,6 +1,6 @@
 """The server's core: sessions, lease, waits, emergency stops and the clock rule, without sockets.
 
-Whoever has the sockets hands in what peers sent and when, and sends what is handed back. Nothing a
+The owner of the sockets hands in what peers sent and when, and sends what is handed back. Nothing a
 peer sends raises: what cannot be read, is out of turn or not allowed is refused with a reason and
 counted.
 """
@@ -9,6 +9,7 @@ from collections import deque
 from typing import Final
 
 from rfms_can.errors import FaultError, LeaseError, LinkError, RfmsError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.server.control import Control
 from rfms_can.master.server.latency import Latency
 from rfms_can.master.server.reading import Head, read_emergency, read_head, read_request
@@ -16,7 +17,6 @@ from rfms_can.master.server.replies import Outgoing, Replies, Result
 from rfms_can.master.server.sessions import Session, Sessions, Wait
 from rfms_can.master.server.waits import Waits
 from rfms_can.master.settings import Clock
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import (
     Answer,
     AnyRequest,
@@ -31,27 +31,27 @@ from rfms_can.messages import (
 )
 
 _TIMED: Final = (TransformMessage, MoveRequest, StopRequest)
-"""Requests whose way to the bus is measured."""
+"""Requests whose latency to the bus is measured."""
 
 
 class Server:
-    """Answers coordinators on behalf of a supervisor.
+    """Answers coordinators on behalf of a master.
 
     Args:
-        supervisor: the master; somebody else runs its bus.
+        master: the master; its bus is run elsewhere.
 
     Attributes:
         unattended: lockstep cycles that went on although the holder of the lease did not wait.
     """
 
-    def __init__(self, supervisor: Supervisor) -> None:
+    def __init__(self, master: MasterNode) -> None:
         self.unattended = 0
-        self._supervisor = supervisor
+        self._master = master
         self._sessions = Sessions()
-        self._control = Control(supervisor)
-        self._replies = Replies(supervisor, self._control.lease)
-        self._waits = Waits(supervisor, self._sessions, self._replies)
-        self._latency = Latency(supervisor)
+        self._control = Control(master)
+        self._replies = Replies(master, self._control.lease)
+        self._waits = Waits(master, self._sessions, self._replies)
+        self._latency = Latency(master)
         self._ending = ""
         self._requests = self._repeated = self._emergencies = 0
 
@@ -74,7 +74,7 @@ class Server:
         else:
             lease = self._control.lease
             if head.session == lease.holder:
-                lease.renew(now_ns)  # whoever speaks is alive
+                lease.renew(now_ns)  # a peer that speaks is alive
             self._look(now_ns)
             self._take(peer, head, now_ns)
         return self._replies.take()
@@ -91,7 +91,7 @@ class Server:
             return []
         self._emergencies += 1
         reason = f": {emergency.reason!r}" if emergency.reason else ""
-        self._supervisor.emergency_stop(f"emergency stop by {emergency.name!r}{reason}")
+        self._master.emergency_stop(f"emergency stop by {emergency.name!r}{reason}")
         self._waits.answer(self._failure())
         return self._replies.take()
 
@@ -105,12 +105,12 @@ class Server:
 
     @property
     def holder(self) -> str | None:
-        """What the holder of the lease calls itself; None if nobody has it."""
+        """What the holder of the lease calls itself; None while the lease is free."""
         return self._control.lease.name
 
     @property
     def events(self) -> deque[str]:
-        """What a person at the server may want to read; whoever shows it empties it."""
+        """Lines for a person at the server; the reader empties it."""
         return self._control.events
 
     def close_cycle(self, now_ns: int) -> list[Outgoing]:
@@ -123,7 +123,7 @@ class Server:
             Replies to send.
         """
         self._latency.look()
-        lockstep = self._supervisor.settings.clock is Clock.LOCKSTEP
+        lockstep = self._master.settings.clock is Clock.LOCKSTEP
         if lockstep and self.holder is not None and not self.time_may_pass:
             self.unattended += 1
         self._control.cycle_closed()
@@ -147,7 +147,7 @@ class Server:
         return self._replies.status()
 
     def end(self, reason: str) -> list[Outgoing]:
-        """The server ends: tell who waits, and refuse what is asked from now on."""
+        """The server ends: tell who waits, and refuse all requests from now on."""
         self._ending = reason
         self._waits.answer(self._failure())
         return self._replies.take()
@@ -215,17 +215,17 @@ class Server:
 
     def _do(self, word: str, request: AnyRequest, now_ns: int) -> Answer:
         """Process a request that is answered at once; raises ``RfmsError`` to refuse it."""
-        supervisor = self._supervisor
+        master = self._master
         if isinstance(request, Query):
             if request.what == "world":
-                return Answer(world=supervisor.motion.world.names())
+                return Answer(world=master.motion.world.names())
             return Answer(server=self.numbers() if request.what == "server" else None)
         self._check_running()
         if isinstance(request, LeaseRequest):
             self._control.handle(word, request, now_ns)
             return Answer()
         self._control.lease.check(word, now_ns)
-        answer = supervisor.handle(request)
+        answer = master.handle(request)
         if isinstance(request, _TIMED):
             self._latency.taken(now_ns)
         return answer
@@ -238,9 +238,9 @@ class Server:
             self._waits.end(session, lapsed)
 
     def _failure(self) -> RfmsError | None:
-        """Why nothing can be asked of the arm any more, or None."""
-        if self._supervisor.fault is not None:
-            return FaultError(self._supervisor.fault)
+        """Why the arm takes no further requests, or None."""
+        if self._master.fault is not None:
+            return FaultError(self._master.fault)
         return LinkError(self._ending) if self._ending else None
 
     def _check_running(self) -> None:

@@ -3,8 +3,8 @@
 from bisect import bisect_right
 from typing import Final, NamedTuple
 
+from rfms_can.master.node import MasterNode
 from rfms_can.master.settings import Clock
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages.numbers import LATENCY_EDGES_NS
 
 CYCLE_BINS: Final = 4
@@ -19,7 +19,7 @@ class _Pending(NamedTuple):
 
 
 class Latency:
-    """Measures, by what the supervisor has sent, when requests came to act.
+    """Measures, by what the master has sent, when requests came to act.
 
     Attributes:
         cycles: histogram of cycles between the one in progress at receipt and the one whose
@@ -28,9 +28,9 @@ class Latency:
         longest_ns: the longest of them.
     """
 
-    def __init__(self, supervisor: Supervisor) -> None:
-        self._supervisor = supervisor
-        self._realtime = supervisor.settings.clock is Clock.REALTIME
+    def __init__(self, master: MasterNode) -> None:
+        self._master = master
+        self._realtime = master.settings.clock is Clock.REALTIME
         self._pending: list[_Pending] = []
         self.cycles = [0] * CYCLE_BINS
         self.times = [0] * (len(LATENCY_EDGES_NS) + 1) if self._realtime else []
@@ -38,26 +38,26 @@ class Latency:
 
     def taken(self, received_ns: int) -> None:
         """A request that changes the motion has been taken."""
-        supervisor = self._supervisor
+        master = self._master
         if len(self._pending) < MAX_PENDING:
-            tick = supervisor.motion.generator.tick_count
-            self._pending.append(_Pending(tick, supervisor.in_progress, received_ns))
+            tick = master.motion.generator.tick_count
+            self._pending.append(_Pending(tick, master.cycle.in_progress, received_ns))
 
     def look(self) -> None:
-        """See which requests have been carried by now; at best once for every cycle."""
+        """See which requests have been sent by now; at best once for every cycle."""
         if not self._pending:
             return
-        carried = self._supervisor.carried
+        sent = self._master.cycle.sent
         waiting = []
         for pending in self._pending:
-            if carried.tick <= pending.tick:
+            if sent.tick <= pending.tick:
                 waiting.append(pending)
                 continue
-            later = carried.tick - pending.tick - 1  # set-points sent since, one for each cycle
-            cycles = carried.cycle - later - pending.in_progress
+            later = sent.tick - pending.tick - 1  # set-points sent since, one for each cycle
+            cycles = sent.cycle - later - pending.in_progress
             self.cycles[min(cycles, CYCLE_BINS - 1)] += 1
             if self._realtime:
-                time_ns = carried.sent_ns - pending.received_ns
+                time_ns = sent.sent_ns - pending.received_ns
                 self.times[bisect_right(LATENCY_EDGES_NS, time_ns)] += 1
                 self.longest_ns = max(self.longest_ns, time_ns)
         self._pending = waiting

@@ -8,7 +8,7 @@ class Lease:
 
     Attributes:
         holder: word of the session that has it, or None.
-        name: what the holder calls itself; None with nobody.
+        name: what the holder calls itself; None while it is free.
     """
 
     __slots__ = ("_duration_ns", "_expires_ns", "holder", "name")
@@ -34,10 +34,12 @@ class Lease:
         """See that a session has it.
 
         Raises:
-            LeaseError: another has it, or nobody.
+            LeaseError: another session has it, or none has.
         """
         if self.holder is None:
-            raise LeaseError("nobody controls the arm, or no more: acquire the lease first")
+            raise LeaseError(
+                "this session does not control the arm, or no longer: acquire the lease first"
+            )
         if self.holder != word:
             raise self._taken(now_ns)
 
@@ -51,7 +53,7 @@ class Lease:
         self.renew(now_ns)
 
     def free(self) -> None:
-        """Nobody has it."""
+        """Give it back: no session has it."""
         self.holder = self.name = None
 
     def lapsed(self, now_ns: int) -> bool:

@@ -1,4 +1,4 @@
-"""From bytes of a peer to a message, or to the reason why they are none."""
+"""From bytes of a peer to a message, or to the reason why they cannot be read as one."""
 
 import math
 from typing import Annotated, Final
@@ -26,11 +26,11 @@ _heads: Final = msgspec.msgpack.Decoder(Head)
 _requests: Final[msgspec.msgpack.Decoder[AnyRequest]] = msgspec.msgpack.Decoder(AnyRequest)
 _emergencies: Final = msgspec.msgpack.Decoder(EmergencyStop)
 _UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError, OverflowError)
-"""What msgspec raises for bytes that are no message: also bad UTF-8, and nesting without end."""
+"""What msgspec raises for bytes that are not a message: also bad UTF-8, and nesting without end."""
 
 
 def read_head(data: bytes) -> Head | str:
-    """Who speaks and under which number, or why the bytes are no request."""
+    """Who speaks and under which number, or why the bytes are not a request."""
     if len(data) > MAX_BYTES:
         return f"a message of {len(data)} bytes: {MAX_BYTES} at most"
     try:
@@ -40,7 +40,7 @@ def read_head(data: bytes) -> Head | str:
 
 
 def read_request(head: Head) -> AnyRequest | str:
-    """The message of a request, or why it is none."""
+    """The message of a request, or why it cannot be read."""
     try:
         request = _requests.decode(head.message)
     except _UNREADABLE as error:
@@ -49,7 +49,7 @@ def read_request(head: Head) -> AnyRequest | str:
 
 
 def read_emergency(data: bytes) -> EmergencyStop | str:
-    """An emergency stop, or why the bytes are none."""
+    """An emergency stop, or why the bytes are not one."""
     if len(data) > MAX_BYTES:
         return f"a message of {len(data)} bytes: {MAX_BYTES} at most"
     try:
@@ -60,7 +60,7 @@ def read_emergency(data: bytes) -> EmergencyStop | str:
 
 def _reason(error: Exception) -> str:
     text = f"{type(error).__name__}: {error}" if not str(error) else str(error)
-    return f"no message: {text}"
+    return f"not a message: {text}"
 
 
 def _wrong_number(value: object, place: str = "") -> str:

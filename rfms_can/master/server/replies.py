@@ -5,9 +5,9 @@ from typing import Final, NamedTuple
 import msgspec
 
 from rfms_can.errors import RfmsError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.report import status_of
 from rfms_can.master.server.lease import Lease
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import Answer, Refusal, Reply, Status
 
 Result = Answer | RfmsError
@@ -18,28 +18,28 @@ _encode: Final = msgspec.msgpack.Encoder().encode
 
 
 class Outgoing(NamedTuple):
-    """A reply to send, and to whom."""
+    """A reply to send, and its receiver."""
 
     peer: bytes
     data: bytes
 
 
 class Replies:
-    """Makes replies and keeps them until somebody with a socket takes them.
+    """Makes replies and keeps them until the owner of the sockets takes them.
 
     Attributes:
         refused: messages refused so far.
     """
 
-    def __init__(self, supervisor: Supervisor, lease: Lease) -> None:
+    def __init__(self, master: MasterNode, lease: Lease) -> None:
         self.refused = 0
-        self._supervisor = supervisor
+        self._master = master
         self._lease = lease
         self._out: list[Outgoing] = []
 
     def status(self) -> Status:
         """The arm's state, as of the last closed cycle."""
-        return status_of(self._supervisor, self._lease.name, self.refused)
+        return status_of(self._master, self._lease.name, self.refused)
 
     def make(self, peer: bytes, serial: int, result: Result) -> bytes:
         """Reply to a request; a refusal is counted. The bytes, for who asks again."""

@@ -29,7 +29,7 @@ class Session:
 
     Attributes:
         word: its random word.
-        peer: where its replies go: to whoever spoke for it last.
+        peer: where its replies go: the last peer that spoke for it.
         serial: of the request processed last.
         wait: the outstanding one, or None.
         replies: by serial number, of the last request and of the last wait: what is repeated is

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from rfms_can.errors import RfmsError
+from rfms_can.master.node import MasterNode
 from rfms_can.master.report import holds
 from rfms_can.master.server.replies import Replies, Result
 from rfms_can.master.server.sessions import Session, Sessions, Wait
-from rfms_can.master.supervisor import Supervisor
 from rfms_can.messages import Answer, AnyCondition
 
 
@@ -14,13 +14,13 @@ class Waits:
     """Answers waits.
 
     Args:
-        supervisor: knows what holds.
+        master: knows what holds.
         sessions: whose waits they are.
         replies: where answers go.
     """
 
-    def __init__(self, supervisor: Supervisor, sessions: Sessions, replies: Replies) -> None:
-        self._supervisor = supervisor
+    def __init__(self, master: MasterNode, sessions: Sessions, replies: Replies) -> None:
+        self._master = master
         self._sessions = sessions
         self._replies = replies
 
@@ -58,5 +58,5 @@ class Waits:
         return any(one.wait is not None and one.word == word for one in self._sessions)
 
     def _held(self, any_of: Sequence[AnyCondition]) -> list[int]:
-        supervisor = self._supervisor
-        return [index for index, one in enumerate(any_of) if holds(supervisor, one)]
+        master = self._master
+        return [index for index, one in enumerate(any_of) if holds(master, one)]

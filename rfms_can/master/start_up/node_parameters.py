@@ -25,19 +25,19 @@ PERIOD_ANGLE: Final = 0.15
 DAMPING_RATIO: Final = 1.0
 INTEGRAL_RATE: Final = 8.0
 """K_i over K_p, 1/s."""
-INTEGRAL_PART: Final = 0.3
-"""Part of the torque limit the integral may use."""
+INTEGRAL_FRACTION: Final = 0.3
+"""Fraction of the torque limit the integral may use."""
 DEADBAND_COUNTS: Final = 1.5
 """Error, encoder counts, the integral leaves alone: stiction would make it hunt."""
 FRICTION_SPEED: Final = 2e-4
 """Desired speed, rad/s, up to which a joint counts as resting: friction keeps its last sign."""
-HOMING_PART: Final = 0.2
+HOMING_FRACTION: Final = 0.2
 """Homing speed over the joint's speed limit."""
 DITHER_PERIODS_S: Final = (0.016, 0.024, 0.040, 0.024, 0.016, 0.040)
 """Of the dither, s, joint by joint: four to ten cycles at 250 Hz; a joint it frees moves a fraction
 of a millimetre. They differ, so that each pair of joints is free to move the same way and opposite
 ways in turn: with one period for all a peg can not turn in its hole, which takes both."""
-STOPPING_PART: Final = 0.5
+STOPPING_FRACTION: Final = 0.5
 """Deceleration of a controlled stop over the joint's acceleration limit."""
 
 Parameters = dict[Parameter, float]
@@ -53,7 +53,7 @@ def joint_parameters(
         arm: the arm on the bus.
         friction_name: friction set the servos compensate.
         period_s: control period, s.
-        dither: part of the friction that complying joints dither with.
+        dither: fraction of the friction that complying joints dither with.
     """
     inertia = ArmDynamics(arm).inertia_matrix(arm.park)
     frictions = friction_set(arm, friction_name)
@@ -70,7 +70,7 @@ def joint_parameters(
             Parameter.KP: stiffness,
             Parameter.KI: INTEGRAL_RATE * stiffness,
             Parameter.KD: 2.0 * DAMPING_RATIO * float(inertia[i, i]) * natural,
-            Parameter.INTEGRAL_LIMIT: INTEGRAL_PART * drive.torque_limit,
+            Parameter.INTEGRAL_LIMIT: INTEGRAL_FRACTION * drive.torque_limit,
             Parameter.INTEGRAL_DEADBAND: DEADBAND_COUNTS / abs(counts_per_rad),
             Parameter.NATURAL_FREQUENCY: natural,
             Parameter.DAMPING_RATIO: DAMPING_RATIO,
@@ -85,11 +85,11 @@ def joint_parameters(
             Parameter.POSITION_MIN: arm.joint_limits[i][0],
             Parameter.POSITION_MAX: arm.joint_limits[i][1],
             Parameter.SPEED_LIMIT: arm.speed_limits[i],
-            Parameter.ACCELERATION_LIMIT: STOPPING_PART * arm.acceleration_limits[i],
+            Parameter.ACCELERATION_LIMIT: STOPPING_FRACTION * arm.acceleration_limits[i],
             Parameter.COARSE_PER_CODE: scale.angle_per_coarse_code,
             Parameter.COARSE_ZERO: scale.coarse_zero,
             Parameter.INDEX_INTERVAL_COUNTS: float(drive.counts_per_revolution),
-            Parameter.HOMING_SPEED: HOMING_PART * arm.speed_limits[i],
+            Parameter.HOMING_SPEED: HOMING_FRACTION * arm.speed_limits[i],
             Parameter.DITHER_PART: dither,
             Parameter.DITHER_PERIOD: DITHER_PERIODS_S[i],
             Parameter.TORQUE_PER_FORCE_CODE: scale.torque_per_force_code,
@@ -127,7 +127,7 @@ def all_parameters(
         period_s: control period, s.
         calibration: torque per code and friction as they were measured.
         compensated: whether the servos compensate friction at all.
-        dither: part of the friction that complying joints dither with.
+        dither: fraction of the friction that complying joints dither with.
     """
     nodes = joint_parameters(arm, friction_name, period_s, dither)
     if calibration is not None:

@@ -1,4 +1,4 @@
-"""The supervisor's half of the trajectory generator (section 3.4, Table 3.3, Appendix C).
+"""The master's half of the trajectory generator (section 3.4, Table 3.3, Appendix C).
 
 Each tick yields the Cartesian set-point of one cycle; what the joints make of it is
 :mod:`rfms_can.setpoint`. Time is counted in integer ticks, so that p ends at exactly 1 and no
@@ -138,7 +138,7 @@ class TrajectoryGenerator:
         h slows down within 2 t_acc (:func:`rfms_can.setpoint.blend.stop_parameter`), and the arm
         stays on its path throughout; ``stopped`` tells when it rests, and ``enable`` what to hold
         there. It does so at the pace it has; in a pause it stays where it stands, or will.
-        At rest, or on the way to it, there is nothing to stop.
+        At rest, or coming to it, there is nothing to stop.
 
         Returns:
             Sequence numbers of the moves that will not be completed.
@@ -184,12 +184,12 @@ class TrajectoryGenerator:
 
     @property
     def feed(self) -> float:
-        """Part of the moves' speed it runs at."""
+        """Fraction of the moves' speed it runs at."""
         return self._pace.feed
 
     @property
     def paused(self) -> bool:
-        """Whether a pause is asked for; the arm stands as soon as ``feed`` is 0."""
+        """Whether a pause is requested; the arm stands as soon as ``feed`` is 0."""
         return self._pace.paused
 
     @property

@@ -59,8 +59,8 @@ class Pace:
 
     Attributes:
         feed: step of the cycle at hand.
-        rate: feed rate asked for.
-        paused: whether a pause is asked for.
+        rate: requested feed rate.
+        paused: whether a pause is requested.
     """
 
     __slots__ = ("_from", "_k", "_period", "_steady", "_ticks", "_to", "feed", "paused", "rate")
@@ -72,14 +72,14 @@ class Pace:
         self.jump()
 
     def jump(self) -> None:
-        """Take on the pace asked for at once."""
+        """Take on the requested pace at once."""
         self.feed = self._from = self._to = self.wanted
         self._k = self._ticks = 0
         self._steady: float = math.inf
 
     @property
     def wanted(self) -> float:
-        """The pace asked for."""
+        """The requested pace."""
         return 0.0 if self.paused else self.rate
 
     @property
@@ -112,7 +112,7 @@ class Pace:
         return self.feed
 
     def change(self, n: float, acceleration_ticks: int, ahead: HandOver) -> None:
-        """Begin as much of the change asked for as is over by the hand-over ``ahead``.
+        """Begin as much of the requested change as is over by the hand-over ``ahead``.
 
         A pause is begun whole or not at all: what would be left of it is a slow hand-over.
 

@@ -1,4 +1,4 @@
-"""The rows of Table 3.3, seen from the supervisor: where T6 is at each tick of a segment."""
+"""The rows of Table 3.3, seen from the master: where T6 is at each tick of a segment."""
 
 from typing import Final
 

@@ -1,5 +1,6 @@
 """What follows the segment under way, when, and at which pace until then."""
 
+from collections.abc import Callable
 from typing import Final
 
 from rfms_can.master.trajectory.pace import NO_HAND_OVER, HandOver, Pace
@@ -7,6 +8,7 @@ from rfms_can.master.trajectory.queue import MoveQueue
 from rfms_can.master.trajectory.runner import SegmentRunner
 from rfms_can.master.trajectory.segment import Move, Transition
 from rfms_can.master.trajectory.states import Event, Stage
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import Blend
 
 LATEST: Final = 7
@@ -38,7 +40,7 @@ class Schedule:
         run.step = pace.advance()
 
     def unsettle(self, stage: Stage) -> None:
-        """The pace is to change: a move that waits at rest for its moving goal waits anew."""
+        """The pace is to change: a move that waits at rest for its moving goal is planned again."""
         run = self._run
         if stage is Stage.IDLE and run.next is not None:
             self._queue.appendleft(run.next.move)
@@ -52,25 +54,38 @@ class Schedule:
 
     def event(self, stage: Stage, *, stopping: bool) -> Event:
         """What happens between the last cycle, in ``stage``, and the next."""
+        return _EVENTS[stage](self, stopping)
+
+    def _event_never(self, stopping: bool) -> Event:
+        """Stages that last one tick, and those that others end."""
+        return Event.STAY
+
+    def _event_at_rest(self, stopping: bool) -> Event:
+        """Whether what waits for its watch, or for a Cartesian transition, departs."""
         run = self._run
-        event = Event.STAY
-        if stage is Stage.LINEAR:
-            event = self._event_along(stopping)
-        elif stage is Stage.BLEND or stage is Stage.CURVE:
-            if run.n + run.step > run.segment.move.acceleration_ticks:
-                event = Event.ARRIVED if run.segment.rests else self._event_along(stopping)
-                event = Event.BLENDED if event is Event.STAY else event
-        elif stage is Stage.IDLE:
-            if run.next is not None:
-                event = Event.DEPART if run.watched >= run.watch_ticks(run.next.move) else event
-            elif run.rested and self.may_depart(Transition.CARTESIAN):
-                event = Event.BEND
-        elif stage is Stage.PRE:
-            if stopping:
-                event = Event.HALT
-            elif run.n + run.step >= run.hand_over:
-                event = Event.DEPART
-        return event
+        if run.next is not None:
+            watched = run.watched >= run.watch_ticks(run.next.move)
+            return Event.DEPART if watched else Event.STAY
+        if run.rested and self.may_depart(Transition.CARTESIAN):
+            return Event.BEND
+        return Event.STAY
+
+    def _event_in_transition(self, stopping: bool) -> Event:
+        """Whether the transition is over, and what follows it."""
+        run = self._run
+        if run.n + run.step <= run.segment.move.acceleration_ticks:
+            return Event.STAY
+        if run.segment.rests:
+            return Event.ARRIVED
+        event = self._event_along(stopping)
+        return Event.BLENDED if event is Event.STAY else event
+
+    def _event_before_hand_over(self, stopping: bool) -> Event:
+        """Whether the settled segment takes over."""
+        if stopping:
+            return Event.HALT
+        run = self._run
+        return Event.DEPART if run.n + run.step >= run.hand_over else Event.STAY
 
     def _event_along(self, stopping: bool) -> Event:
         """Whether the straight part of the segment goes on."""
@@ -97,7 +112,7 @@ class Schedule:
         return move, hand_over
 
     def _upcoming(self) -> tuple[Move | None, float]:
-        """The move that follows without rest, and when; None if there is none or it is too late.
+        """The move that follows without rest, and when; None without one, or if it is too late.
 
         One settled too late for its due time takes over as soon as can be: on the tick after next,
         once its start has been sent, and the pace is steady.
@@ -141,3 +156,19 @@ class Schedule:
             max(rest.acceleration_ticks, following.acceleration_ticks),
             rest.estimated or following.estimated,
         )
+
+
+_EVENTS: Final[dict[Stage, Callable[[Schedule, bool], Event]]] = complete(
+    {
+        Stage.OFF: Schedule._event_never,
+        Stage.IDLE: Schedule._event_at_rest,
+        Stage.START: Schedule._event_never,
+        Stage.BLEND: Schedule._event_in_transition,
+        Stage.CURVE: Schedule._event_in_transition,
+        Stage.LINEAR: Schedule._event_along,
+        Stage.PRE: Schedule._event_before_hand_over,
+        Stage.STOP: Schedule._event_never,
+    },
+    Stage,
+)
+"""What ends each stage, from the segment under way and whether a stop was asked for."""

@@ -47,7 +47,7 @@ class Segment(NamedTuple):
     """A move under way, or a stay: where T6 is at any r.
 
     Attributes:
-        move: what was asked for.
+        move: as requested.
         drive: D, in Cartesian mode.
         rests: whether this is the transition that ends at its own goal, t_seg = t_acc.
     """
@@ -96,7 +96,7 @@ def whole_ticks(duration_s: float, period_s: float) -> int:
         MoveError: not a finite number, or shorter than half a period.
     """
     if not 0.0 < duration_s < 1e9:  # also NaN
-        raise MoveError(f"a time of {duration_s} s is no duration: give seconds, more than zero")
+        raise MoveError(f"a time of {duration_s} s is not a duration: give seconds, more than zero")
     ticks = round(duration_s / period_s)
     if ticks < 1:
         raise MoveError(

@@ -4,6 +4,7 @@ from enum import Enum, auto
 from typing import Final
 
 from rfms_can.errors import RfmsError
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import TrajectoryState
 
 
@@ -48,74 +49,80 @@ class Event(Enum):
     ARRIVED = auto()
     """The transition to rest is over."""
     HALT = auto()
-    """A stop was asked for."""
+    """A stop was requested."""
 
 
-TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = {
-    Stage.OFF: {
-        Event.ENABLE: Stage.IDLE,
-        Event.DISABLE: Stage.OFF,
+TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(
+    {
+        Stage.OFF: {
+            Event.ENABLE: Stage.IDLE,
+            Event.DISABLE: Stage.OFF,
+        },
+        Stage.IDLE: {
+            Event.ENABLE: Stage.IDLE,
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.IDLE,
+            Event.DEPART: Stage.START,
+            Event.BEND: Stage.CURVE,
+        },
+        Stage.START: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.BLEND,
+        },
+        Stage.BLEND: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.BLEND,
+            Event.BLENDED: Stage.LINEAR,
+            Event.PREPARE: Stage.PRE,
+            Event.BEND: Stage.CURVE,
+            Event.ARRIVED: Stage.IDLE,
+            Event.HALT: Stage.STOP,
+            Event.ENABLE: Stage.IDLE,
+        },
+        Stage.CURVE: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.CURVE,
+            Event.BLENDED: Stage.LINEAR,
+            Event.PREPARE: Stage.PRE,
+            Event.BEND: Stage.CURVE,
+            Event.ARRIVED: Stage.IDLE,
+            Event.HALT: Stage.STOP,
+            Event.ENABLE: Stage.IDLE,
+        },
+        Stage.LINEAR: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.LINEAR,
+            Event.PREPARE: Stage.PRE,
+            Event.BEND: Stage.CURVE,
+            Event.HALT: Stage.STOP,
+        },
+        Stage.PRE: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.PRE,
+            Event.DEPART: Stage.START,
+            Event.HALT: Stage.STOP,
+        },
+        Stage.STOP: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.STOP,
+            Event.ENABLE: Stage.IDLE,
+        },
     },
-    Stage.IDLE: {
-        Event.ENABLE: Stage.IDLE,
-        Event.DISABLE: Stage.OFF,
-        Event.STAY: Stage.IDLE,
-        Event.DEPART: Stage.START,
-        Event.BEND: Stage.CURVE,
-    },
-    Stage.START: {
-        Event.DISABLE: Stage.OFF,
-        Event.STAY: Stage.BLEND,
-    },
-    Stage.BLEND: {
-        Event.DISABLE: Stage.OFF,
-        Event.STAY: Stage.BLEND,
-        Event.BLENDED: Stage.LINEAR,
-        Event.PREPARE: Stage.PRE,
-        Event.BEND: Stage.CURVE,
-        Event.ARRIVED: Stage.IDLE,
-        Event.HALT: Stage.STOP,
-        Event.ENABLE: Stage.IDLE,
-    },
-    Stage.CURVE: {
-        Event.DISABLE: Stage.OFF,
-        Event.STAY: Stage.CURVE,
-        Event.BLENDED: Stage.LINEAR,
-        Event.PREPARE: Stage.PRE,
-        Event.BEND: Stage.CURVE,
-        Event.ARRIVED: Stage.IDLE,
-        Event.HALT: Stage.STOP,
-        Event.ENABLE: Stage.IDLE,
-    },
-    Stage.LINEAR: {
-        Event.DISABLE: Stage.OFF,
-        Event.STAY: Stage.LINEAR,
-        Event.PREPARE: Stage.PRE,
-        Event.BEND: Stage.CURVE,
-        Event.HALT: Stage.STOP,
-    },
-    Stage.PRE: {
-        Event.DISABLE: Stage.OFF,
-        Event.STAY: Stage.PRE,
-        Event.DEPART: Stage.START,
-        Event.HALT: Stage.STOP,
-    },
-    Stage.STOP: {
-        Event.DISABLE: Stage.OFF,
-        Event.STAY: Stage.STOP,
-        Event.ENABLE: Stage.IDLE,
-    },
-}
+    Stage,
+)
 
-ON_THE_WIRE: Final = {
-    Stage.IDLE: TrajectoryState.IDLE,
-    Stage.START: TrajectoryState.START,
-    Stage.BLEND: TrajectoryState.BLEND,
-    Stage.CURVE: TrajectoryState.LINEAR,
-    Stage.LINEAR: TrajectoryState.LINEAR,
-    Stage.PRE: TrajectoryState.PRE,
-    Stage.STOP: TrajectoryState.LINEAR,
-}
+ON_THE_WIRE: Final = complete(
+    {
+        Stage.IDLE: TrajectoryState.IDLE,
+        Stage.START: TrajectoryState.START,
+        Stage.BLEND: TrajectoryState.BLEND,
+        Stage.CURVE: TrajectoryState.LINEAR,
+        Stage.LINEAR: TrajectoryState.LINEAR,
+        Stage.PRE: TrajectoryState.PRE,
+        Stage.STOP: TrajectoryState.LINEAR,
+    },
+    [stage for stage in Stage if stage is not Stage.OFF],
+)
 """What the joints are told: to them a stop is a segment whose r changes ever more slowly, and a
 Cartesian transition a segment that is not straight."""
 

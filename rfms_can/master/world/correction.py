@@ -71,7 +71,7 @@ _SCALED: Final = np.array(
 
 
 class Fade(NamedTuple):
-    """A difference on its way out.
+    """A difference that fades.
 
     Before the tick it began at, its polynomials go on backwards: that is not what the arm has
     followed, but the motion it now follows, continued. The two agree at that tick in value, rate,
@@ -132,17 +132,17 @@ def shortest_span(
         at_rest: whether acceleration and jerk are zero, so that there is one.
 
     Returns:
-        Seconds; None if there is none.
+        Seconds; None if it does not exist.
     """
-    part = KEPT if at_rest else MOST
+    fraction = KEPT if at_rest else MOST
     every = np.array(difference)
     for block in range(_BLOCKS_AT_REST if at_rest else _BLOCKS):
         first = block * _BLOCK
         bend = every @ _SCALED[first : first + _BLOCK]  # (spans, 6, n)
         linear = np.sqrt(np.sum(bend[:, :3] ** 2, axis=1))
         angular = np.sqrt(np.sum(bend[:, 3:] ** 2, axis=1))
-        keeps = np.all(linear + lever * angular <= part * limits.acceleration, axis=1)
-        keeps &= np.all(angular <= part * limits.angular_acceleration, axis=1)
+        keeps = np.all(linear + lever * angular <= fraction * limits.acceleration, axis=1)
+        keeps &= np.all(angular <= fraction * limits.angular_acceleration, axis=1)
         if keeps.any():
             return float(_SPANS[first + int(np.argmax(keeps))])
     return float(_SPANS[-1]) if at_rest else None

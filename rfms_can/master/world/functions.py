@@ -31,7 +31,8 @@ def evaluator(name: str, function: AnyFunction) -> Evaluator:
         function: as it was sent.
 
     Raises:
-        TransformError: numbers that are none or out of bounds, or a table whose u does not grow.
+        TransformError: numbers that are not finite or out of bounds, or a table whose u does not
+            grow.
     """
     match function:
         case Linear(along, turn):

@@ -35,7 +35,7 @@ class WorldModel:
     ) -> None:
         """Enter a transform, redefine it, or take an observation of it.
 
-        A value acts on positions defined later, a function on moves asked for later, a reference
+        A value acts on positions defined later, a function on moves requested later, a reference
         on everything that uses it, from the set-point of ``tick`` on.
 
         Args:
@@ -45,14 +45,14 @@ class WorldModel:
                 then faded within them. Without, it jumps.
 
         Raises:
-            TransformError: no rotation, a number that is none or out of bounds, a table whose u
+            TransformError: not a rotation, a number not finite or out of bounds, a table whose u
                 does not grow, a stamp of the future or too old, another kind than before, a name
                 taken by the arm, or one too many. Nothing has changed.
         """
         self._transforms.define(message, tick, limits)
 
     def unseen(self, tick: int) -> list[str]:
-        """References that go on with a velocity although nobody has observed them for a second."""
+        """References that go on with a velocity although they were not observed for a second."""
         return self._transforms.unseen(tick)
 
     def halt_transform(self, name: str, tick: int, limits: Limits | None) -> None:

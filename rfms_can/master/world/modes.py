@@ -42,12 +42,12 @@ class MotionMode:
         acceleration_time: t_acc, s.
         segment_time: t_seg, s, or None: it follows from the speeds.
         speed, angular_speed: of the tool, m/s and rad/s; None where they do not matter.
-        joint_speed: part of the joints' speed limits, or None.
+        joint_speed: fraction of the joints' speed limits, or None.
         lengthen: whether a segment that breaks a limit is lengthened, or refused.
         transition: how the segment is entered.
         limits: what the correction of a reference may add.
         configuration: instead of the position's, or None.
-        comply: what complies and with what bias, or None: what the program has asked for.
+        comply: what complies and with what bias, or None: what the program has requested.
         guard: what stops the move.
         mass: of what the hand holds, kg, or None: what it held before.
         mass_centre: its centre of mass in T6, m, or None: the origin of the tool's frame.
@@ -74,7 +74,7 @@ class MotionMode:
         """The mode a message defines.
 
         Raises:
-            ModeError: it contradicts itself, or has a number that is none.
+            ModeError: it contradicts itself, or has a number that is not finite.
         """
         _check(message)
         try:
@@ -181,7 +181,7 @@ def _bounds(
     for word, value in values.items():
         if word not in words:
             raise ModeError(
-                f"mode {name!r}: {what}: {word!r} is no direction: there are {', '.join(words)}"
+                f"mode {name!r}: {what}: {word!r} is not a direction: there are {', '.join(words)}"
             )
         if not 0.0 < value < math.inf:  # also NaN
             raise ModeError(f"mode {name!r}: {what}: {word} {value} must be more than zero")

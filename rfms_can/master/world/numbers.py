@@ -38,7 +38,7 @@ def check_rigid(name: str, transform: Transform) -> None:
     """Raise ``TransformError`` unless it is a rotation, and its origin within bounds."""
     if not transform.is_rigid():
         raise TransformError(
-            f"transform {name!r} is no rotation: off by {transform.rigidity_error():.3g}, "
+            f"transform {name!r} is not a rotation: off by {transform.rigidity_error():.3g}, "
             f"{RIGID_TOLERANCE:g} may be; build it with Transform.rotation and @"
         )
     check_numbers(name, "its origin", (transform.px, transform.py, transform.pz), MAX_LENGTH)
@@ -49,7 +49,7 @@ def check_stamp(name: str, stamp: float, now: float, period_s: float) -> None:
     slack = 1e-6 * period_s
     if not math.isfinite(stamp):
         raise TransformError(
-            f"transform {name!r}: its stamp {stamp} is no time; give the server's time, s"
+            f"transform {name!r}: its stamp {stamp} is not a time; give the server's time, s"
         )
     if stamp > now + period_s + slack:
         raise TransformError(

@@ -61,10 +61,10 @@ class Position:
 
     @property
     def goal(self) -> Goal:
-        """T6 = L D R, for a move that is asked for now.
+        """T6 = L D R, for a move that is requested now.
 
         It follows its references; its functional transforms stay what they are now, whatever is
-        defined later. So a function that is redefined changes the moves asked for from then on,
+        defined later. So a function that is redefined changes the moves requested from then on,
         and never the curve of one that is promised.
         """
         if self._current() != self._functions:

@@ -1,4 +1,4 @@
-"""Reference transforms: read anew each cycle, changed by what sensors observe (thesis III.3.2)."""
+"""Reference transforms: read in each cycle, changed by what sensors observe (thesis III.3.2)."""
 
 import math
 from collections.abc import Sequence
@@ -87,7 +87,7 @@ class Course(NamedTuple):
 
 
 class Reference:
-    """A transform read anew each cycle: a prediction of what was observed, and a fade.
+    """A transform read in each cycle: a prediction of what was observed, and a fade.
 
     Its value is a pure function of the tick; an observation changes it between two ticks.
 

@@ -1,7 +1,7 @@
 """Position equations as rings (thesis VI.4.3, Fig. 6.5).
 
 The transforms of an equation stand in a ring, each where it takes one frame to the next: those of
-the side of T6 forwards, those of the other side backwards, their inverses taken. All the way round
+the side of T6 forwards, those of the other side backwards, their inverses taken. All around
 they multiply to the identity. So T6 is found by going round from its one end to its other, either
 way: forwards is the inverse of the product, backwards the product of the inverses, and any frame of
 the equation is reached from the arm both over its tool and over its base.
@@ -114,7 +114,7 @@ class Chain:
     """The product of links, kept as far as it is valid.
 
     Values that stand side by side are multiplied once and for all. A product of the ones before is
-    kept at every link: only what stands right of a change is computed anew.
+    kept at every link: only what stands right of a change is computed again.
     """
 
     __slots__ = ("_factors", "_products", "_values")

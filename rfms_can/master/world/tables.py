@@ -17,7 +17,7 @@ MAX_MODES: Final = 256
 """Modes."""
 
 LISTED: Final = 20
-"""Names an error lists; a longer list is no help."""
+"""Names an error lists; a longer list does not help."""
 
 
 class SymbolTable(dict[str, Entry], Generic[Entry]):

@@ -1,7 +1,8 @@
 """The symbol table of transforms: definitions, redefinitions, observations."""
 
 import math
-from typing import Final
+from collections.abc import Callable
+from typing import Final, NamedTuple, get_args
 
 from rfms_can.errors import TransformError
 from rfms_can.master.trajectory.goal import Moment
@@ -19,6 +20,8 @@ from rfms_can.master.world.observed import Observation, rotation_vector
 from rfms_can.master.world.reference import Reference
 from rfms_can.master.world.tables import MAX_TRANSFORMS, SymbolTable
 from rfms_can.messages import T6, TransformMessage
+from rfms_can.messages.world import Kind
+from rfms_can.tables import complete
 from rfms_can.transform import Transform
 
 EXACT: Final = 1e-12
@@ -47,24 +50,13 @@ class Transforms:
         Raises:
             TransformError: see :meth:`WorldModel.define_transform`. Nothing has changed.
         """
-        name, rows = message.name, Transform(*message.rows)
+        rows = Transform(*message.rows)
         self._check(message, rows)
-        if message.kind == "value":
-            self.table[name] = rows
-        elif message.function is not None:
-            function = evaluator(name, message.function)
-            functional = Functional(rows, function, message.function.parameter)
-            known = self.table.get(name)
-            if isinstance(known, FunctionalSymbol):
-                known.current = functional
-            else:
-                self.table[name] = FunctionalSymbol(functional)
-        else:
-            self._observe(message, rows, tick, limits)
-        self.kinds[name] = message.kind
+        _KINDS[message.kind].enter(self, message, rows, tick, limits)
+        self.kinds[message.name] = message.kind
 
     def unseen(self, tick: int) -> list[str]:
-        """References that move on by a velocity nobody has confirmed for ``OLDEST_S``."""
+        """References that move on by a velocity that was not confirmed for ``OLDEST_S``."""
         if not self._carried:
             return []
         return [name for name, seen in self._carried.items() if tick - seen > self._lasting]
@@ -73,7 +65,7 @@ class Transforms:
         """Bring a reference to rest within limits, as if it had been seen to stop ahead.
 
         Args:
-            name: of the transform; one that is no reference rests.
+            name: of the transform; one that is not a reference rests.
             tick: of the next set-point.
             limits: of the mode the arm moves with; None if nothing that moves uses it.
         """
@@ -92,6 +84,23 @@ class Transforms:
         ahead = math.ceil(needed / self._period**2)  # v / a, in ticks
         rows = reference.at(Moment(tick + ahead, 1.0, 0.0))
         reference.observe(Observation(rows, tick * self._period), "hold", tick, limits)
+
+    def _set(
+        self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
+    ) -> None:
+        self.table[message.name] = rows
+
+    def _set_function(
+        self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
+    ) -> None:
+        assert message.function is not None  # or the message would have been refused
+        function = evaluator(message.name, message.function)
+        functional = Functional(rows, function, message.function.parameter)
+        known = self.table.get(message.name)
+        if isinstance(known, FunctionalSymbol):
+            known.current = functional
+        else:
+            self.table[message.name] = FunctionalSymbol(functional)
 
     def _observe(
         self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
@@ -118,6 +127,7 @@ class Transforms:
     def _check(self, message: TransformMessage, rows: Transform) -> None:
         """What all kinds have in common."""
         name, kind = message.name, message.kind
+        definition = _KINDS[kind]
         if name == T6:
             raise TransformError(f"transform {T6!r} is the arm itself and cannot be defined")
         check_rigid(name, rows)
@@ -126,21 +136,45 @@ class Transforms:
             self.table.check_room(name)
         elif known != kind:
             raise TransformError(
-                f"transform {name!r} is of kind {known} and stays so, {kind} was asked for; "
+                f"transform {name!r} is of kind {known} and stays so, {kind} was requested; "
                 f"use another name"
             )
-        if (message.function is None) == (kind == "functional"):
+        if (message.function is not None) != definition.has_function:
             has = "no function" if message.function is None else "a function"
             raise TransformError(
                 f"transform {name!r}: of kind {kind} with {has}; a functional transform has one, "
                 f"and no other has"
             )
         observed = message.twist is not None or message.stamp is not None
-        if kind != "reference" and (observed or message.predict != "hold"):
+        if not definition.observed and (observed or message.predict != "hold"):
             raise TransformError(
                 f"transform {name!r}: of kind {kind} with a twist, a stamp or a prediction; only "
                 f"a reference is observed"
             )
+
+
+class _Kind(NamedTuple):
+    """A kind of transform.
+
+    Attributes:
+        enter: takes a message that has been checked, its pose, the tick and the limits of the mode.
+        has_function: whether a message of it has a function.
+        observed: whether one may have a twist, a stamp and a prediction.
+    """
+
+    enter: Callable[[Transforms, TransformMessage, Transform, int, Limits | None], None]
+    has_function: bool
+    observed: bool
+
+
+_KINDS: Final = complete(
+    {
+        "value": _Kind(Transforms._set, has_function=False, observed=False),
+        "reference": _Kind(Transforms._observe, has_function=False, observed=True),
+        "functional": _Kind(Transforms._set_function, has_function=True, observed=False),
+    },
+    get_args(Kind),
+)
 
 
 def _orthonormal(rows: Transform) -> Transform:

@@ -1,9 +1,11 @@
 """Tools put together from solid parts along the hand's axis: their mass, centre and inertia."""
 
 import math
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from rfms_can.plant.scene.shape import Kind, Shape, Tool
+from rfms_can.tables import complete
 from rfms_can.transform import Transform, Vector3
 
 STEEL_DENSITY: Final = 7850.0
@@ -28,25 +30,64 @@ class Part(NamedTuple):
     @property
     def mass(self) -> float:
         """kg."""
-        a, b, c = self.size
-        if self.kind is Kind.BOX:
-            return STEEL_DENSITY * 8.0 * a * b * c
-        if self.kind is Kind.CYLINDER:
-            return STEEL_DENSITY * math.pi * a**2 * 2.0 * b
-        return STEEL_DENSITY * 4.0 / 3.0 * math.pi * a**3
+        return _SOLIDS[self.kind].mass(self.size)
 
     @property
     def inertia(self) -> Vector3:
         """About its middle, along x, y and z, kg m2."""
-        a, b, c = self.size
-        mass = self.mass
-        if self.kind is Kind.BOX:
-            third = mass / 3.0
-            return third * (b**2 + c**2), third * (a**2 + c**2), third * (a**2 + b**2)
-        if self.kind is Kind.CYLINDER:
-            across = mass * (3.0 * a**2 + 4.0 * b**2) / 12.0
-            return across, across, mass * a**2 / 2.0
-        return (0.4 * mass * a**2,) * 3
+        return _SOLIDS[self.kind].inertia(self.mass, self.size)
+
+
+class _Solid(NamedTuple):
+    """Formulas of a kind of solid, of steel.
+
+    Attributes:
+        mass: from its size; kg.
+        inertia: from its mass and size, about its middle, along x, y and z; kg m2.
+    """
+
+    mass: Callable[[Vector3], float]
+    inertia: Callable[[float, Vector3], Vector3]
+
+
+def _box_mass(size: Vector3) -> float:
+    a, b, c = size
+    return STEEL_DENSITY * 8.0 * a * b * c
+
+
+def _box_inertia(mass: float, size: Vector3) -> Vector3:
+    a, b, c = size
+    third = mass / 3.0
+    return third * (b**2 + c**2), third * (a**2 + c**2), third * (a**2 + b**2)
+
+
+def _cylinder_mass(size: Vector3) -> float:
+    radius, half, _ = size
+    return STEEL_DENSITY * math.pi * radius**2 * 2.0 * half
+
+
+def _cylinder_inertia(mass: float, size: Vector3) -> Vector3:
+    radius, half, _ = size
+    across = mass * (3.0 * radius**2 + 4.0 * half**2) / 12.0
+    return across, across, mass * radius**2 / 2.0
+
+
+def _sphere_mass(size: Vector3) -> float:
+    return STEEL_DENSITY * 4.0 / 3.0 * math.pi * size[0] ** 3
+
+
+def _sphere_inertia(mass: float, size: Vector3) -> Vector3:
+    return (0.4 * mass * size[0] ** 2,) * 3
+
+
+_SOLIDS: Final = complete(
+    {
+        Kind.BOX: _Solid(_box_mass, _box_inertia),
+        Kind.CYLINDER: _Solid(_cylinder_mass, _cylinder_inertia),
+        Kind.SPHERE: _Solid(_sphere_mass, _sphere_inertia),
+    },
+    [kind for kind in Kind if kind is not Kind.PLANE],  # infinite: it cannot be held
+)
 
 
 def assemble(parts: tuple[Part, ...], tip: float) -> Tool:

@@ -148,7 +148,7 @@ class Base:
         """Angles of T6_1 at h and t, rad.
 
         Raises:
-            KinematicsError: there are none.
+            KinematicsError: they do not exist.
         """
         frame, segment = self._frame, self.segment
         pose = segment.pose(Moment(frame.tick, h, t), 1.0 - h)

@@ -16,7 +16,7 @@ from rfms_can.master.trajectory.admission import (
 from rfms_can.master.trajectory.goal import Goal, Moment
 from rfms_can.master.trajectory.planning.base import Base, Frame
 from rfms_can.master.trajectory.planning.curve import Floats
-from rfms_can.master.trajectory.planning.left import Left
+from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
 from rfms_can.master.trajectory.planning.parts import in_parts
 from rfms_can.master.trajectory.planning.remedy import mended
@@ -84,10 +84,10 @@ _ZERO: Final[Joints] = (0.0,) * 6
 
 
 class MovePlanner:
-    """Plans moves in the order they are asked for.
+    """Plans moves in the order they are requested.
 
     Goals that move are judged by where they are at the plan's tick, and transitions as they are
-    when nothing is late: a move asked for past its time to take over starts up to t_acc / 7 late,
+    when nothing is late: a move requested past its time to take over starts up to t_acc / 7 late,
     and its transition is steeper by up to 0.27 dv / t_acc than was planned.
     """
 
@@ -123,7 +123,7 @@ class MovePlanner:
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
         frame = Frame(self._kinematics, tick, self._period)
-        left = self._left(before, frame)
+        departed = self._departed(before, frame)
         acceleration = whole_ticks(mode.acceleration_time, self._period)
         configuration = mode.configuration or position.configuration
         move = Move(
@@ -134,17 +134,17 @@ class MovePlanner:
         check_transition(before, move)
         drive = _from_goal_to_goal(before, move, frame)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
-        base = self._timed(frame, left, move, drive, parts, mode)
+        base = self._timed(frame, departed, move, drive, parts, mode)
         if not before.rests:
             check_succession(before.move, base.segment.move, self._period)
         ends = mode.transition if parts == 1 else Transition.CARTESIAN
-        trial = Trial(self.arm, frame, left, base, ends, parts)
+        trial = Trial(self.arm, frame, departed, base, ends, parts)
         outcome = trial.run(trial.times)
         if outcome.excess is not None:
             outcome = mended(trial, outcome.excess, lengthen=mode.lengthen)
         return self._made(trial, outcome)
 
-    def _left(self, before: Segment, frame: Frame) -> Left:
+    def _departed(self, before: Segment, frame: Frame) -> DepartedSegment:
         """The segment to follow, with what was planned of it."""
         move = before.move
         planned = self._planned.get(move.sequence)
@@ -156,12 +156,12 @@ class MovePlanner:
             goal = frame.kinematics.solve(pose, move.configuration, goal)
         if move.mode is Mode.CARTESIAN and before.drive is None and not before.rests:
             before = before._replace(drive=planned.drive)
-        return Left(before, planned.theta_BC, goal)
+        return DepartedSegment(before, planned.theta_BC, goal)
 
     def _timed(
         self,
         frame: Frame,
-        left: Left,
+        departed: DepartedSegment,
         move: Move,
         drive: DriveTransform,
         parts: int,
@@ -182,7 +182,7 @@ class MovePlanner:
             )
         move = move._replace(segment_ticks=max(ticks, least))
         segment = Segment(move, drive if move.mode is Mode.CARTESIAN else None)
-        base = Base(frame, segment, left.goal)
+        base = Base(frame, segment, departed.goal)
         if mode.joint_speed is not None:
             turns = np.subtract(base.goal, base.start).tolist()
             ticks = max(segment_ticks(mode, drive, turns, limits, tau), least)
@@ -192,7 +192,7 @@ class MovePlanner:
 
     def _made(self, trial: Trial, outcome: Outcome) -> Plan:
         """The plan, and what the next one needs to know of it."""
-        base, left = outcome.base, trial.left
+        base, departed = outcome.base, trial.departed
         move, drive, tau = base.segment.move, base.segment.drive, self._period
         moves: tuple[Move, ...] = (move,)
         if drive is not None and trial.parts > 1:
@@ -200,8 +200,8 @@ class MovePlanner:
             last = Segment(moves[0])
             drive = _from_goal_to_goal(last, moves[1], trial.frame)
         off = None
-        if not left.segment.rests:
-            at_goal, goal = trial.frame.at_goal(left.segment), left.segment.move.target
+        if not departed.segment.rests:
+            at_goal, goal = trial.frame.at_goal(departed.segment), departed.segment.move.target
             off = deviation(
                 self.arm, outcome.preview.entry.motion[0], goal.left(at_goal), goal.right(at_goal)
             )

@@ -14,7 +14,7 @@ from rfms_can.master.trajectory.correction import Leaving
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.base import Base, Frame, blend_derivatives
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
-from rfms_can.master.trajectory.planning.left import Left, left_at
+from rfms_can.master.trajectory.planning.departure import DepartedSegment, departure_at
 from rfms_can.master.trajectory.segment import Transition
 from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
 
@@ -48,7 +48,7 @@ class Preview(NamedTuple):
         entry: the transition into its segment.
         course: between the transitions.
         rest: the transition to rest.
-        departure: from rest where ``entry`` is not: should the move be asked for too late.
+        departure: from rest where ``entry`` is not: should the move be requested too late.
     """
 
     entry: Phase
@@ -57,39 +57,39 @@ class Preview(NamedTuple):
     departure: Phase | None
 
 
-def preview(frame: Frame, left: Left, base: Base, ends: Transition) -> Preview:
-    """What the joints do in the segment of ``base`` after ``left``; ``ends`` is how it rests.
+def preview(frame: Frame, departed: DepartedSegment, base: Base, ends: Transition) -> Preview:
+    """What the joints do in the segment of ``base`` after ``departed``; ``ends`` is how it rests.
 
     Raises:
         KinematicsError: a pose of a Cartesian transition has no solution.
     """
-    before = left.segment
+    before = departed.segment
     where, departure = "on departure", None
     if not before.rests:
         where = f"in the transition from move {before.move.sequence}"
-        rested = left._replace(segment=before.to_rest())
+        rested = departed._replace(segment=before.to_rest())
         departure = Phase("on departure from rest", False, _entry(frame, rested, base))
     return Preview(
-        Phase(where, False, _entry(frame, left, base)),
+        Phase(where, False, _entry(frame, departed, base)),
         Phase("on its way", True, _course(base)),
         Phase("coming to rest", False, _to_rest(frame, base, ends)),
         departure,
     )
 
 
-def _entry(frame: Frame, left: Left, base: Base) -> Floats:
+def _entry(frame: Frame, departed: DepartedSegment, base: Base) -> Floats:
     move = base.segment.move
     t_acc = base.acceleration_time
-    before = left.segment
+    before = departed.segment
     still = before.rests and before.move.target.constant and move.target.constant
     if move.transition is Transition.CARTESIAN and not still:
         hand_over = 0 if before.rests else before.move.segment_ticks - move.acceleration_ticks
         clock = before.move.segment_ticks if before.rests else hand_over
         leaving = Leaving(before, frame.tick, hand_over, clock, 1.0, frame.period_s)
-        return _curved(frame, leaving, hand_over, base, left.goal)
+        return _curved(frame, leaving, hand_over, base, departed.goal)
     motion = base.derivatives(t_acc * (2.0 * P - 1.0))
     hand_over = before.move.segment_ticks - move.acceleration_ticks
-    difference = left_at(frame, left, hand_over) - motion[:, 0]
+    difference = departure_at(frame, departed, hand_over) - motion[:, 0]
     return motion[:3] + _matching(difference, move.acceleration_ticks, t_acc)
 
 
@@ -112,9 +112,9 @@ def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
         hand_over = move.segment_ticks - move.acceleration_ticks
         leaving = Leaving(base.segment, frame.tick, hand_over, hand_over, 1.0, frame.period_s)
         return _curved(frame, leaving, hand_over, base, base.goal)
-    left = base.derivatives(np.array([t_seg - t_acc]))[:, 0]
+    at_end = base.derivatives(np.array([t_seg - t_acc]))[:, 0]
     motion = base.at_rest(t_seg + t_acc * (2.0 * P - 1.0))
-    return motion[:3] + _matching(left - motion[:, 0], move.acceleration_ticks, t_acc)
+    return motion[:3] + _matching(at_end - motion[:, 0], move.acceleration_ticks, t_acc)
 
 
 def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous: Joints) -> Floats:

@@ -1,4 +1,4 @@
-"""What becomes of a move that breaks a limit: another time, or a refusal that names one."""
+"""What is done about a move that breaks a limit: another time, or a refusal that names one."""
 
 from rfms_can.errors import MoveError
 from rfms_can.master.trajectory.planning.limits import Excess
@@ -28,7 +28,7 @@ def mended(trial: Trial, excess: Excess, *, lengthen: bool) -> Outcome:
             f"{refused}: give the segment at least {slowed.base.segment_time:.6g} s instead of "
             f"{segment_time:.6g} s"
         )
-    before = trial.left.segment
+    before = trial.departed.segment
     room = before.move.segment_ticks - before.move.acceleration_ticks - 2
     eased = trial.eased(excess, longest, longest if before.rests else room)
     if eased is None:

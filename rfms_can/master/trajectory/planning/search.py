@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from rfms_can.errors import KinematicsError
 from rfms_can.master.trajectory.planning.base import Base, Frame
-from rfms_can.master.trajectory.planning.left import Left
+from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.limits import (
     Excess,
     LimitedArm,
@@ -20,7 +20,7 @@ TRIES: Final = 12
 """Times that are tried before giving up."""
 
 GROWTH: Final = 1.002
-"""Least part by which a time grows from one try to the next."""
+"""Least fraction by which a time grows from one try to the next."""
 
 
 class Times(NamedTuple):
@@ -44,7 +44,7 @@ class Trial(NamedTuple):
     Attributes:
         arm: and its limits.
         frame: of the plan.
-        left: the segment that it follows.
+        departed: the segment that it follows.
         base: of its own segment.
         ends: how it comes to rest.
         parts: in how many it is moved.
@@ -52,7 +52,7 @@ class Trial(NamedTuple):
 
     arm: LimitedArm
     frame: Frame
-    left: Left
+    departed: DepartedSegment
     base: Base
     ends: Transition
     parts: int
@@ -74,13 +74,13 @@ class Trial(NamedTuple):
             KinematicsError: they cannot, or leave their ranges.
         """
         base = self.base if times == self.times else self.base.with_time(*times)
-        seen = preview(self.frame, self.left, base, self.ends)
+        seen = preview(self.frame, self.departed, base, self.ends)
         phases = [phase for phase in seen if phase is not None]
         check_ranges(self.arm, phases, base.segment.move.sequence)
         return Outcome(base, seen, worst_excess(self.arm, phases))
 
     def slowed(self, excess: Excess, longest: int) -> Outcome | None:
-        """The outcome with a segment time up to ``longest`` that does; None if there is none.
+        """The outcome with a segment time up to ``longest`` that does; None without one.
 
         The acceleration of a transition is that of the change of velocity: a constant and a part
         that is inverse to the time. As the largest of such it is convex in the inverse of time, so

@@ -79,7 +79,7 @@ def segment_ticks(
         period_s: tau, s.
 
     Raises:
-        MoveError: a given time is none; or the speeds ask for more than 100 s.
+        MoveError: a given time is not positive; or the speeds need more than 100 s.
     """
     if mode.segment_time is not None:
         return whole_ticks(mode.segment_time, period_s)

@@ -2,7 +2,7 @@
 
 For two straight segments with velocities v1 and v2 relative to that position, entered with the
 same t_acc, the tool is there at p = 1/2 by 5/32 t_acc (v2 - v1): h t_seg of (3.15) is
-5/32 t_acc then, and what is left of the old motion the same, by the symmetry of (3.15) and (3.18).
+5/32 t_acc then, and what remains of the old motion the same, by the symmetry of (3.15) and (3.18).
 """
 
 from collections.abc import Sequence

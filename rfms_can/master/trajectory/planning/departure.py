@@ -1,4 +1,4 @@
-"""How the segment before a planned one is left: its set-point at the hand-over, and how it runs."""
+"""How the arm departs from the segment before a planned one: set-point and derivatives there."""
 
 from typing import Final, NamedTuple
 
@@ -15,11 +15,11 @@ PERIODS: Final = 6
 """How far back its path is looked at; also the degree of the polynomial that tells how it runs."""
 
 
-class Left(NamedTuple):
-    """A segment that is left for the planned one.
+class DepartedSegment(NamedTuple):
+    """The segment that hands over to the planned one.
 
     Attributes:
-        segment: where it rests, left at its goal.
+        segment: if it rests, the arm departs from its goal.
         theta_BC: (3.11), rad; of no meaning in Cartesian mode.
         goal: angles at its goal, rad.
     """
@@ -29,9 +29,9 @@ class Left(NamedTuple):
     goal: Joints
 
 
-def left_at(frame: Frame, left: Left, ticks: int) -> Floats:
-    """Set-point of a segment, left at local time ``ticks``, and its derivatives; shape (4, 6)."""
-    segment, theta_BC, goal = left
+def departure_at(frame: Frame, departed: DepartedSegment, ticks: int) -> Floats:
+    """Its set-point at local time ``ticks`` and three derivatives by local time; shape (4, 6)."""
+    segment, theta_BC, goal = departed
     move, tau = segment.move, frame.period_s
     derivatives = np.zeros((4, 6))
     derivatives[0] = goal

@@ -1,4 +1,4 @@
-"""What the hand does to the world: read from the wrist sensor, or guessed from the joint torques.
+"""The wrench of the hand on the world: measured by the wrist sensor, or estimated from torques.
 
 The sensor sits between hand and tool and reads what the hand does to the tool: the tool's weight is
 in it, and a bias. Without one, what the motors do beyond gravity, inertia and friction is what
@@ -22,11 +22,11 @@ Matrix = npt.NDArray[np.float64]
 
 TARE_CYCLES: Final = 25
 """Readings that a tare averages."""
-GUESS_TIME_S: Final = 0.04
-"""Time constant of a force guessed from torques."""
+ESTIMATE_TIME_S: Final = 0.04
+"""Time constant of a wrench estimated from torques."""
 
 
-class Felt:
+class WrenchEstimate:
     """The wrench of the hand on the world, at T6 along its axes.
 
     Args:
@@ -34,14 +34,14 @@ class Felt:
         period_s: control period, s.
 
     Attributes:
-        sensed: whether a sensor's readings have come.
-        tared: whether its bias is known.
+        sensed: whether readings of a sensor have come.
+        tared: whether the sensor's bias is known.
         wrench: N and N m (6), weight and bias taken out.
     """
 
     def __init__(self, friction: Sequence[JointFriction], period_s: float) -> None:
         self._friction = friction
-        self._share = period_s / (GUESS_TIME_S + period_s)
+        self._gain = period_s / (ESTIMATE_TIME_S + period_s)
         self.reset()
 
     def reset(self) -> None:
@@ -50,41 +50,41 @@ class Felt:
         self.wrench: Vector6 = NO_FORCE
         self._bias: Vector6 = NO_FORCE
         self._sum = np.zeros(6)
-        self._left = 0
-        self._guess = np.zeros(6)
+        self._tare_readings = 0  # still to come
+        self._estimate = np.zeros(6)
 
     def tare(self) -> None:
         """Take the next readings for the sensor's bias: the tool touches nothing."""
         self._sum[:] = 0.0
-        self._left = TARE_CYCLES
+        self._tare_readings = TARE_CYCLES
 
-    def forget(self) -> None:
-        """A guess was for the move it was made in; readings go on."""
+    def discard(self) -> None:
+        """Discard an estimate: it was for the move it was made in. Readings go on."""
         if not self.sensed:
-            self._guess[:] = 0.0
+            self._estimate[:] = 0.0
             self.wrench = NO_FORCE
 
     @property
     def taring(self) -> bool:
-        """Whether a tare is under way."""
-        return self._left > 0
+        """Whether a tare is in progress."""
+        return self._tare_readings > 0
 
     def read(self, reading: Sequence[float], load: Load, T6: Transform) -> None:
         """Take a reading of the sensor, (6,), N and N m."""
         self.sensed = True
         pulled = weight(load, T6)
-        pushed = [r + w for r, w in zip(reading, pulled, strict=True)]
-        if self._left:
-            self._sum += pushed
-            self._left -= 1
-            if not self._left:
+        biased = [r + w for r, w in zip(reading, pulled, strict=True)]
+        if self._tare_readings:
+            self._sum += biased
+            self._tare_readings -= 1
+            if not self._tare_readings:
                 b1, b2, b3, b4, b5, b6 = (self._sum / TARE_CYCLES).tolist()
                 self._bias = (b1, b2, b3, b4, b5, b6)
                 self.tared = True
-        w1, w2, w3, w4, w5, w6 = (p - b for p, b in zip(pushed, self._bias, strict=True))
+        w1, w2, w3, w4, w5, w6 = (w - b for w, b in zip(biased, self._bias, strict=True))
         self.wrench = (w1, w2, w3, w4, w5, w6)
 
-    def guess(
+    def estimate(
         self,
         torques: Sequence[float],
         rates: Sequence[float],
@@ -93,7 +93,7 @@ class Felt:
         M: Matrix,
         gravity: Matrix,
     ) -> None:
-        """Guess it from what the motors do: tau = J^T f + g + M q'' + friction.
+        """Estimate it from what the motors do: tau = J^T f + g + M q'' + friction.
 
         Args:
             torques: of the motors, Nm (6).
@@ -102,7 +102,7 @@ class Felt:
             M: (6, 6), inertia, kg m2.
             gravity: (6,), Nm.
         """
-        rubbed = [
+        friction_torques = [
             friction.viscous * rate
             + (
                 friction.coulomb_positive
@@ -113,25 +113,27 @@ class Felt:
             )
             for friction, rate in zip(self._friction, rates, strict=True)
         ]
-        left = np.subtract(torques, rubbed) - gravity - M @ np.asarray(accelerations)
-        wrench = np.linalg.lstsq(J.T, left, rcond=1e-3)[0]
-        self._guess += self._share * (wrench - self._guess)
-        g1, g2, g3, g4, g5, g6 = self._guess.tolist()
-        self.wrench = (g1, g2, g3, g4, g5, g6)
+        external = np.subtract(torques, friction_torques) - gravity - M @ np.asarray(accelerations)
+        wrench = np.linalg.lstsq(J.T, external, rcond=1e-3)[0]
+        self._estimate += self._gain * (wrench - self._estimate)
+        w1, w2, w3, w4, w5, w6 = self._estimate.tolist()
+        self.wrench = (w1, w2, w3, w4, w5, w6)
 
-    def hidden(self, J: Matrix, frame: Transform) -> Matrix:
-        """What friction may hide of a wrench, (6,), N and N m in a frame of T6."""
+    def friction_uncertainty(self, J: Matrix, frame: Transform) -> Matrix:
+        """How much of a wrench friction may hide, (6,), N and N m in a frame of T6."""
         coulomb = [max(f.coulomb_positive, f.coulomb_negative) for f in self._friction]
-        return _in_frame(_worst(J, coulomb), frame)
+        return _in_frame(_largest_wrench(J, coulomb), frame)
 
-    def most(self, J: Matrix, frame: Transform, torque_limits: Sequence[float]) -> Matrix:
-        """The most that can be felt, (6,), N and N m in a frame of T6: read, or guessed."""
+    def measurable_limit(
+        self, J: Matrix, frame: Transform, torque_limits: Sequence[float]
+    ) -> Matrix:
+        """The largest wrench that can be read or estimated, (6,), N and N m in a frame of T6."""
         if not self.sensed:
-            return _in_frame(_worst(J, torque_limits), frame)
+            return _in_frame(_largest_wrench(J, torque_limits), frame)
         return _in_frame(np.array(SENSOR_RANGE) - np.abs(self._bias), frame)
 
 
-def _worst(J: Matrix, torques: Sequence[float]) -> Matrix:
+def _largest_wrench(J: Matrix, torques: Sequence[float]) -> Matrix:
     """Largest wrench at T6, (6,), that torques up to these may be, of whichever signs."""
     size: Matrix = np.abs(np.linalg.pinv(J.T, rcond=1e-3)) @ np.array(torques)
     return size

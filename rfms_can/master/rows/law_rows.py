@@ -7,20 +7,18 @@ import numpy.typing as npt
 
 from rfms_can.arm import Arm
 from rfms_can.compliance import (
+    LAWS,
     ControlLaw,
     LawRows,
     Projection,
+    RowsAtPose,
     Selection,
+    Servos,
     compliance_jacobian,
     conflicts,
-    free_joint_rows,
-    hybrid_rows,
-    match_joints,
-    matched_stiffness,
     out_of_reach,
-    stiffness_rows,
 )
-from rfms_can.master.force.specification import Compliance
+from rfms_can.master.rows.compliance import Compliance
 
 Matrix = npt.NDArray[np.float64]
 
@@ -35,22 +33,15 @@ class ComplyingRows:
         natural: their natural frequency, rad/s.
 
     Attributes:
-        J: (6, 6), Jacobian of the compliance frame of the last rows.
-        last: rows made last.
         reported: singularities met, in words, each once.
     """
 
     def __init__(self, arm: Arm, law: ControlLaw, Kp: Sequence[float], natural: float) -> None:
-        self.law = law
-        self.J: Matrix = np.eye(6)
-        self.last: LawRows | None = None
         self.reported: list[str] = []
-        self._length = arm.a2
-        self._Kp = Kp
-        self._natural = natural
+        self._law = LAWS[law]
+        self._servos = Servos(Kp, natural, arm.a2)
         self._number: int | None = None
-        self._joints: tuple[int, ...] = ()
-        self._stiffness: tuple[float, ...] = ()
+        self._rows: RowsAtPose | None = None
 
     def rows(self, compliance: Compliance, J: Matrix, M: Matrix) -> LawRows:
         """Rows at one pose.
@@ -60,20 +51,15 @@ class ComplyingRows:
             J: (6, 6), Jacobian in the T6 frame, at a regular pose.
             M: (6, 6), joint-space inertia, kg m2.
         """
-        self.J = J = compliance_jacobian(J, compliance.frame)
+        J = compliance_jacobian(J, compliance.frame)
         selection = compliance.selection
-        if compliance.number != self._number:
+        if self._rows is None or compliance.number != self._number:
             self._number = compliance.number
-            self._begin(compliance, J, M)
-        if self.law is ControlLaw.STIFFNESS:
-            rows = stiffness_rows(J, self._stiffness, M, self._Kp)
-        elif self.law is ControlLaw.FREE_JOINT:
-            rows = free_joint_rows(J, selection, self._joints, M)
-        else:
-            rows = hybrid_rows(J, selection, M)
+            self._rows = self._law.begin(J, M, selection, self._servos)
+            self._note_loss(J, selection)
+        rows = self._rows(J, M)
         if rows.projection is not None and len(rows.projection.blocked):
             self._note_conflicts(rows.projection, J, selection)
-        self.last = rows
         return rows
 
     def _note_conflicts(self, projection: Projection, J: Matrix, selection: Selection) -> None:
@@ -81,13 +67,8 @@ class ComplyingRows:
             words = f"{' '.join(conflict.rigid)} beside {' '.join(conflict.compliant)}"
             self._report(f"near a singularity {words} could not be held")
 
-    def _begin(self, compliance: Compliance, J: Matrix, M: Matrix) -> None:
-        selection = compliance.selection
-        if self.law is ControlLaw.FREE_JOINT:
-            self._joints = match_joints(J, selection, self._length).joints
-        elif self.law is ControlLaw.STIFFNESS:
-            self._stiffness = matched_stiffness(J, selection, M, self._natural)
-        lost = out_of_reach(J, selection, self._length)
+    def _note_loss(self, J: Matrix, selection: Selection) -> None:
+        lost = out_of_reach(J, selection, self._servos.length)
         if lost:
             self._report(f"near a singularity the arm can hardly comply in {' '.join(lost)}")
 
