@@ -107,7 +107,7 @@ def stiffness_rows(
     Row n is divided by the node's K_p, so that its torque is K_theta dtheta. The damping a node
     makes of the same row is K_d K_p^-1 K_theta: with K_d / K_p = 2 zeta / wn in every node it is
     2 zeta / wn times the stiffness, and a motion of natural frequency W is damped zeta W / wn:
-    soft directions little, none at all where the stiffness is none. Near a singularity K_theta
+    soft directions little, not at all where the stiffness is zero. Near a singularity K_theta
     loses rank, and the arm its hold (5.6 ff.): that is the method, and nothing is added to it.
 
     Args:

@@ -18,7 +18,7 @@ RETRY_S: Final = 0.5
 RENEWALS: Final = 3
 """Renewals of a lease within its duration."""
 UNREAD: Final = 0
-"""Serial number of the reply to a request the server could not decode; requests count from 1."""
+"""Serial number of the reply to an undecodable request; requests count from 1."""
 REALTIME: Final = "realtime"
 CLOCK_DRIFT: Final = 1e-3
 """Largest assumed drift of the server's clock against ours, s/s."""
@@ -36,11 +36,11 @@ class Request(NamedTuple):
 
 
 class Lease(NamedTuple):
-    """The lease on the arm: what is asked of the server to have it, keep it and give it back.
+    """The lease on the arm: requests to acquire, renew and release it.
 
     Attributes:
-        name: who asks for the arm, for those who are refused.
-        duration_s: how long the server waits for a sign of life before it stops the arm, s.
+        name: of this coordinator, shown to others that are refused.
+        duration_s: time without a renewal after which the server stops the arm, s.
     """
 
     name: str
@@ -48,17 +48,17 @@ class Lease(NamedTuple):
 
     @property
     def acquire(self) -> LeaseRequest:
-        """Take the lease."""
+        """Acquire the lease."""
         return LeaseRequest("acquire", self.name, self.duration_s)
 
     @property
     def renew(self) -> LeaseRequest:
-        """Keep it for its duration from now."""
+        """Renew it for its duration from now."""
         return LeaseRequest("renew", self.name, self.duration_s)
 
     @property
     def release(self) -> LeaseRequest:
-        """Give it back."""
+        """Release it."""
         return LeaseRequest("release", self.name)
 
     @property
@@ -110,7 +110,7 @@ class Conversation:
 
         Raises:
             LinkError: it is not a valid reply.
-            RfmsError: it answers no request: the server could not decode what it was sent.
+            RfmsError: the server could not decode a request.
         """
         reply = self._decoded(_replies, data)
         self._note(reply.status, now)
@@ -119,7 +119,7 @@ class Conversation:
         return reply
 
     def hear(self, data: bytes, now: float) -> None:
-        """Take a broadcast status; arguments as with :meth:`read`.
+        """Decode a broadcast status; arguments as with :meth:`read`.
 
         Raises:
             LinkError: it is not a valid status.

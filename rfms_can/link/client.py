@@ -143,7 +143,7 @@ def full(address: str) -> LinkError:
 
 
 def take(socket: "zmq.Socket[bytes]") -> bytes | None:
-    """A received message; None if there is none."""
+    """A received message, or None."""
     try:
         return socket.recv(zmq.NOBLOCK)
     except zmq.Again:
