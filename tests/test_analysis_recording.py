@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.bus_nodes import Listener
-from support.recorded_run import FAR, LONG, there_and_back
+from support.programs.there_and_back import FAR, LONG, there_and_back
 
 from rfms_can.analysis.motions import motions, thesis_motions
 from rfms_can.analysis.recording import Recording, RecordingError, load_recording

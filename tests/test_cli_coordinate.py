@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 from support.command_line import Rfms, end, run_here, start
-from support.served import Running
-from support.system_run import SHORT
+from support.server import Running
+from support.system import SHORT
 
 from rfms_can.link.keys import new_client_keys, new_server_keys
 from rfms_can.messages import Query

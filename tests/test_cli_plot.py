@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
-from support.recorded_run import there_and_back
+from support.programs.there_and_back import there_and_back
 from typer.testing import CliRunner, Result
 
 from rfms_can.analysis.canvas import PlotError

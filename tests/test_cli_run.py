@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from support.command_line import Rfms, run_here
-from support.system_run import SHORT
+from support.system import SHORT
 
 from rfms_can import __version__
 from rfms_can.cli.options import DEFAULT_BUS, settings_from

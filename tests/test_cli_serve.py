@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from support.command_line import Rfms, run_here
-from support.served import Client
+from support.server import Client
 from test_link_sockets import free_port
 from test_system_serve import move
 

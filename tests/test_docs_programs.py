@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.served import Running
+from support.server import Running
 
 from rfms_can import coordinator
 from rfms_can.coordinator import Arm

@@ -1,7 +1,7 @@
 """The gripper node: homes on its stop, opens, closes and holds, and has the same ladder."""
 
 import pytest
-from support.node_bench import PERIOD_NS, Bench, Heard
+from support.bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260, Arm
 from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_FRACTION, GripperNode

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import MAIN, run_here
-from support.ideal_experiments import ideal_data
+from support.identification import ideal_data
 
 from rfms_can.arm import arm_by_name
 from rfms_can.identification.compensation_comparison import (

@@ -3,8 +3,8 @@
 import math
 
 import pytest
+from support.bench import PERIOD_NS
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.wire.contract import Wire

@@ -3,8 +3,8 @@
 from typing import Any
 
 import pytest
+from support.bench import PERIOD_NS, Bench
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS, Bench
 
 from rfms_can.arm import ARMS, PUMA_260
 from rfms_can.joint_nodes.controller import JointController, usable_arm

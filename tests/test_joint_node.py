@@ -4,8 +4,8 @@ import random
 from collections.abc import Callable
 
 import pytest
+from support.bench import PERIOD_NS, Heard
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS, Heard
 
 from rfms_can.arm import ARMS
 from rfms_can.joint_nodes.joint import JointNode

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.bench import PERIOD_NS
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.wire.codec import load_database

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.joint_bench import JointBench
-from support.recorded_run import there_and_back
+from support.programs.there_and_back import there_and_back
 
 from rfms_can.arm import PUMA_560
 from rfms_can.joint_nodes.compliance import RowSets

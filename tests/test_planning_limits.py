@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
-from support.planning_rig import REST, TOOL, How, Place, PlannedRig, at_angles, at_goal, at_pose
-from support.trajectory_rig import WeavingGoal
+from support.planning import REST, TOOL, How, Place, PlannedRig, at_angles, at_goal, at_pose
+from support.trajectory import WeavingGoal
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import JointLimitError, KinematicsError, MoveError, UnreachableError

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from support.node_bench import PERIOD_NS, Heard, Reader
+from support.bench import PERIOD_NS, Heard, Reader
 
 from rfms_can.arm import PUMA_260
 from rfms_can.plant.node import SILENT_CYCLES, PlantNode

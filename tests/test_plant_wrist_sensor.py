@@ -3,7 +3,7 @@
 import statistics
 
 import pytest
-from support.node_bench import PERIOD_NS, Reader
+from support.bench import PERIOD_NS, Reader
 
 from rfms_can.arm import PUMA_560
 from rfms_can.errors import PlantError

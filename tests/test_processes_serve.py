@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from support.command_line import end, start
-from support.served import LONG_S, Client
+from support.server import LONG_S, Client
 from test_system_processes import assert_nobody_is_left, processes_of
 from test_system_serve import move
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from support.server_bench import SECOND, Bench, Coordinator, encode
+from support.server import SECOND, Coordinator, ServerBench, encode
 
 from rfms_can.errors import LinkError
 from rfms_can.master.phases import Phase
@@ -36,17 +36,17 @@ def apart(one: Transform, other: Transform) -> float:
 
 
 @pytest.fixture
-def bench(wire: Wire) -> Bench:
-    return Bench(wire)
+def bench(wire: Wire) -> ServerBench:
+    return ServerBench(wire)
 
 
 @pytest.fixture
-def left(bench: Bench) -> Coordinator:
+def left(bench: ServerBench) -> Coordinator:
     return Coordinator(bench, "left cell")
 
 
 @pytest.fixture
-def right(bench: Bench) -> Coordinator:
+def right(bench: ServerBench) -> Coordinator:
     return Coordinator(bench, "right cell")
 
 
@@ -75,7 +75,7 @@ def test_the_second_is_refused_by_name(left: Coordinator, right: Coordinator) ->
 
 
 def test_whatever_the_holder_says_renews_it(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     left.acquire(1.0)
     for message in (Query(), LeaseRequest("renew"), TransformMessage("a", HOME)):
@@ -88,7 +88,7 @@ def test_whatever_the_holder_says_renews_it(
     assert bench.server.events[1] == "'left cell' did not renew its lease"
 
 
-def test_a_renewal_may_change_the_duration(bench: Bench, left: Coordinator) -> None:
+def test_a_renewal_may_change_the_duration(bench: ServerBench, left: Coordinator) -> None:
     left.acquire(1.0)
     left.done(LeaseRequest("renew", duration_s=5.0))
     bench.now_ns += 4 * SECOND
@@ -100,7 +100,7 @@ def test_a_renewal_may_change_the_duration(bench: Bench, left: Coordinator) -> N
 
 
 @pytest.mark.system
-def test_a_lapse_in_mid_motion_is_a_controlled_stop(bench: Bench, left: Coordinator) -> None:
+def test_a_lapse_in_mid_motion_is_a_controlled_stop(bench: ServerBench, left: Coordinator) -> None:
     left.acquire(1.0)
     sequence = left.move(seconds=2.0, z=0.08)
     second = left.move("then", seconds=2.0, x=0.02)
@@ -124,7 +124,9 @@ def test_a_lapse_in_mid_motion_is_a_controlled_stop(bench: Bench, left: Coordina
 
 
 @pytest.mark.system
-def test_giving_the_arm_back_in_mid_motion_stops_it_too(bench: Bench, left: Coordinator) -> None:
+def test_giving_the_arm_back_in_mid_motion_stops_it_too(
+    bench: ServerBench, left: Coordinator
+) -> None:
     left.acquire()
     left.move(seconds=2.0)
     bench.cycles(200)
@@ -137,7 +139,7 @@ def test_giving_the_arm_back_in_mid_motion_stops_it_too(bench: Bench, left: Coor
 @pytest.mark.system
 @pytest.mark.parametrize("cycles", [60, 300])  # on its way to the belt; at rest relative to it
 def test_a_lapse_stops_an_arm_that_follows_a_moving_goal(
-    bench: Bench, left: Coordinator, cycles: int
+    bench: ServerBench, left: Coordinator, cycles: int
 ) -> None:
     """Without further observations of the belt its prediction must not carry the arm away."""
     left.acquire()
@@ -163,7 +165,7 @@ def test_a_lapse_stops_an_arm_that_follows_a_moving_goal(
 
 
 def test_another_program_begins_with_empty_tables(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     left.acquire()
     left.done(TransformMessage("a", HOME))
@@ -184,7 +186,7 @@ def test_another_program_begins_with_empty_tables(
 # --- serial numbers ---------------------------------------------------------------------------
 
 
-def test_each_request_is_processed_once(bench: Bench, left: Coordinator) -> None:
+def test_each_request_is_processed_once(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     sequence = left.move()
     request = left.envelope(MoveRequest("there", "there"))
@@ -203,7 +205,7 @@ def test_each_request_is_processed_once(bench: Bench, left: Coordinator) -> None
 
 @pytest.mark.parametrize(("serial", "due"), [(2, 4), (1, 4), (5, 4), (2**63, 4)])
 def test_out_of_turn_is_refused_with_what_is_expected(
-    bench: Bench, left: Coordinator, serial: int, due: int
+    bench: ServerBench, left: Coordinator, serial: int, due: int
 ) -> None:
     left.acquire()
     left.done(Query())
@@ -216,14 +218,16 @@ def test_out_of_turn_is_refused_with_what_is_expected(
     left.done(Query())  # and the conversation goes on
 
 
-def test_an_unknown_session_begins_at_one(bench: Bench, left: Coordinator) -> None:
+def test_an_unknown_session_begins_at_one(bench: ServerBench, left: Coordinator) -> None:
     (reply,) = bench.give(left.envelope(Query(), 7), left.peer)
     assert reply.refusal is not None
     assert "the session is not known here, 1 is expected" in reply.refusal.reason
     assert bench.server.numbers().sessions == 0
 
 
-def test_a_request_that_cannot_be_read_uses_up_its_serial(bench: Bench, left: Coordinator) -> None:
+def test_a_request_that_cannot_be_read_uses_up_its_serial(
+    bench: ServerBench, left: Coordinator
+) -> None:
     left.acquire()
     left.serial += 1
     envelope = {"session": left.session, "serial": left.serial, "message": {"type": "DANCE"}}
@@ -234,7 +238,9 @@ def test_a_request_that_cannot_be_read_uses_up_its_serial(bench: Bench, left: Co
     left.done(Query())
 
 
-def test_sessions_are_bounded_and_the_holders_is_kept(bench: Bench, left: Coordinator) -> None:
+def test_sessions_are_bounded_and_the_holders_is_kept(
+    bench: ServerBench, left: Coordinator
+) -> None:
     left.acquire()
     others = [Coordinator(bench, f"reader {number}") for number in range(3 * MAX_SESSIONS)]
     for other in others:
@@ -258,7 +264,7 @@ def test_what_holds_is_answered_at_once(left: Coordinator) -> None:
     assert 0 not in reply.answer.held
 
 
-def test_a_wait_is_answered_in_its_cycle(bench: Bench, left: Coordinator) -> None:
+def test_a_wait_is_answered_in_its_cycle(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     cycle = bench.server.status().cycle + 5
     assert left.ask(WaitRequest([CycleReached(cycle)])) is None
@@ -269,7 +275,7 @@ def test_a_wait_is_answered_in_its_cycle(bench: Bench, left: Coordinator) -> Non
     assert reply.answer.held == [0]
 
 
-def test_a_later_wait_takes_the_place_of_an_earlier(bench: Bench, left: Coordinator) -> None:
+def test_a_later_wait_takes_the_place_of_an_earlier(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     never = WaitRequest([CycleReached(10**9)])
     assert left.ask(never) is None
@@ -280,7 +286,7 @@ def test_a_later_wait_takes_the_place_of_an_earlier(bench: Bench, left: Coordina
     assert bench.server.time_may_pass
 
 
-def test_the_answer_to_a_wait_can_be_asked_for_again(bench: Bench, left: Coordinator) -> None:
+def test_the_answer_to_a_wait_can_be_asked_for_again(bench: ServerBench, left: Coordinator) -> None:
     """Also after later requests: it may have been lost while they were answered."""
     left.acquire()
     cycle = bench.server.status().cycle + 2
@@ -297,7 +303,7 @@ def test_the_answer_to_a_wait_can_be_asked_for_again(bench: Bench, left: Coordin
 
 
 def test_time_passes_only_while_the_holder_waits(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     assert not bench.server.time_may_pass, "no lease"
     right.ask(WaitRequest([CycleReached(10**9)]))
@@ -313,7 +319,7 @@ def test_time_passes_only_while_the_holder_waits(
 
 
 def test_waits_of_readers_are_answered_too(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     left.acquire()
     cycle = bench.server.status().cycle + 2
@@ -323,7 +329,7 @@ def test_waits_of_readers_are_answered_too(
     assert bench.inbox[right.peer][-1].status.cycle == cycle
 
 
-def test_the_server_tells_who_waits_that_it_ends(bench: Bench, left: Coordinator) -> None:
+def test_the_server_tells_who_waits_that_it_ends(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     left.ask(WaitRequest([CycleReached(10**9)]))
     (reply,) = bench.hear(bench.server.end("the server ends: SIGTERM"))
@@ -333,7 +339,7 @@ def test_the_server_tells_who_waits_that_it_ends(bench: Bench, left: Coordinator
     left.done(Query())
 
 
-def test_the_answers_say_how_long_requests_took(bench: Bench, left: Coordinator) -> None:
+def test_the_answers_say_how_long_requests_took(bench: ServerBench, left: Coordinator) -> None:
     """A request acts in the set-point made when the cycle in progress is closed: one cycle on."""
     left.acquire(10.0)
     for number in range(60):
@@ -353,7 +359,7 @@ def test_the_answers_say_how_long_requests_took(bench: Bench, left: Coordinator)
 
 @pytest.mark.system
 def test_an_emergency_stop_acts_within_one_cycle(
-    bench: Bench, left: Coordinator, wire: Wire
+    bench: ServerBench, left: Coordinator, wire: Wire
 ) -> None:
     left.acquire()
     left.move(seconds=2.0)
@@ -383,7 +389,7 @@ def test_an_emergency_stop_acts_within_one_cycle(
     left.done(Query())
 
 
-def test_the_first_fault_stays(bench: Bench) -> None:
+def test_the_first_fault_stays(bench: ServerBench) -> None:
     bench.emergency("door")
     bench.emergency("window", "later")
     assert bench.master.fault == "emergency stop by 'door'"
@@ -393,14 +399,14 @@ def test_the_first_fault_stays(bench: Bench) -> None:
 @pytest.mark.parametrize(
     "data", [b"", b"stop", encode({"type": "EMERGENCY"}), bytes(MAX_BYTES + 1), b"\x91" * 60_000]
 )
-def test_what_is_no_emergency_stop_stops_nothing(bench: Bench, data: bytes) -> None:
+def test_what_is_no_emergency_stop_stops_nothing(bench: ServerBench, data: bytes) -> None:
     bench.server.emergency(data)
     assert bench.master.fault is None
     assert bench.server.status().refused == 1
 
 
 def test_an_emergency_stop_after_the_end_changes_nothing(wire: Wire) -> None:
-    bench = Bench(wire)
+    bench = ServerBench(wire)
     bench.master.stop()
     bench.rig.pump(lambda: bench.master.ended)
     bench.emergency("door")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.served import Running
+from support.server import Running
 
 from rfms_can.coordinator import (
     Arm,

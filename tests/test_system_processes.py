@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from support.command_line import Ended, end, start
-from support.system_run import ROOT, SHORT, TRANSFER
+from support.system import ROOT, SHORT, TRANSFER
 
 from rfms_can.rig.candump import read_candump
 from rfms_can.wire.codec import DBC_VARIABLE

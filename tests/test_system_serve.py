@@ -12,8 +12,8 @@ from pathlib import Path
 import msgspec
 import pytest
 import zmq
-from support.served import LONG_S, Client, Running
-from support.system_run import ROOT
+from support.server import LONG_S, Client, Running
+from support.system import ROOT
 
 from rfms_can.errors import LinkError
 from rfms_can.link.address import endpoints_of, socket_paths
@@ -96,7 +96,7 @@ def test_two_clients_one_is_refused_by_name(running: Running) -> None:
 KILLED = """
 import sys, time
 sys.path.insert(0, "tests")
-from support.served import Client
+from support.server import Client
 from test_system_serve import move
 from rfms_can.messages import LeaseRequest, MoveOver, WaitRequest
 client = Client("bench", "killed")

@@ -27,7 +27,7 @@ from rfms_can.wire.vocabulary import (
     Parameter,
     TrajectoryState,
 )
-from support.node_bench import PERIOD_NS, Bench, Heard
+from support.bench import PERIOD_NS, Bench, Heard
 
 
 class JointBench(Bench):
