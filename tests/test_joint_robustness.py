@@ -124,7 +124,7 @@ STATES = ("boot", "preop", "homing", "ready", "operational", "quickstop", "dampe
 def node_in(state: str, wire: Wire) -> JointBench:
     bench = JointBench(wire)
     if state == "boot":
-        bench.field_node = bench.node = JointNode(2, wire, 1, PERIOD_NS)
+        bench.node = JointNode(2, wire, 1, PERIOD_NS)
     elif state in ("homing", "ready"):
         bench.configure()
         bench.command(Command.HOME)
