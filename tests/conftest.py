@@ -1,11 +1,16 @@
-"""Deterministic hypothesis, and the wire compiled once for all tests.
+"""Deterministic hypothesis, and the fixtures of many files: the wire, ``rfms``, recorded runs.
 
 A failing example is told as it was found: to shrink a whole motion takes minutes. For a smaller
 one: ``pytest --hypothesis-profile=shrink``.
 """
 
+from functools import partial
+from pathlib import Path
+
 import pytest
 from hypothesis import HealthCheck, Phase, settings
+from support.command_line import Rfms, run_here
+from support.system import recorded_run
 
 from rfms_can.wire.contract import Wire
 
@@ -36,3 +41,31 @@ def pytest_report_header(config: pytest.Config) -> str | None:
 @pytest.fixture(scope="session")
 def wire() -> Wire:
     return Wire()
+
+
+@pytest.fixture
+def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty directory, in which hubs and servers of the test find each other, and no others."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def rfms(
+    runtime: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> Rfms:
+    """``rfms`` with some arguments, in this process and in the empty directory ``runtime``."""
+    monkeypatch.chdir(runtime)
+    return partial(run_here, capsys, monkeypatch)
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recorded run of ``there_and_back``; it serves all tests, so none may change it."""
+    return recorded_run(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture(scope="session")
+def recorded_with_terms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same with the terms of the joint torques."""
+    return recorded_run(tmp_path_factory.mktemp("terms"), terms=True)

@@ -19,6 +19,7 @@ from rfms_can.messages import (
     MoveRequest,
     PositionMessage,
     Query,
+    Refusal,
     StopRequest,
     TransformMessage,
     WaitRequest,
@@ -54,24 +55,24 @@ def right(bench: ServerBench) -> Coordinator:
 
 
 def test_without_a_lease_nothing_is_asked_of_the_arm(left: Coordinator) -> None:
-    error, reason = left.refused(TransformMessage("a", HOME))
-    assert error == "LeaseError"
-    assert "this session does not control the arm" in reason
-    assert left.done(Query()).status.lease is None
+    refusal = left.refused(TransformMessage("a", HOME))
+    assert refusal.error == "LeaseError"
+    assert "this session does not control the arm" in refusal.reason
+    assert left.query().lease is None
 
 
 def test_the_second_is_refused_by_name(left: Coordinator, right: Coordinator) -> None:
     left.acquire(2.0)
     for message in (TransformMessage("a", HOME), StopRequest(), LeaseRequest("acquire", "me")):
-        error, reason = right.refused(message)
-        assert error == "LeaseError"
-        assert reason.startswith("the arm is controlled by 'left cell', for 2.00 s yet")
-    assert right.refused(LeaseRequest("renew"))[0] == "LeaseError"
-    assert right.refused(LeaseRequest("release"))[0] == "LeaseError"
-    assert right.done(Query()).status.lease == "left cell"  # reading is free to all
+        refusal = right.refused(message)
+        assert refusal.error == "LeaseError"
+        assert refusal.reason.startswith("the arm is controlled by 'left cell', for 2.00 s yet")
+    assert right.refused(LeaseRequest("renew")).error == "LeaseError"
+    assert right.refused(LeaseRequest("release")).error == "LeaseError"
+    assert right.query().lease == "left cell"  # reading is free to all
     left.done(LeaseRequest("release"))
     right.acquire()
-    assert "'right cell'" in left.refused(StopRequest())[1]
+    assert "'right cell'" in left.refused(StopRequest()).reason
 
 
 def test_whatever_the_holder_says_renews_it(
@@ -171,13 +172,13 @@ def test_another_program_begins_with_empty_tables(
     left.done(TransformMessage("a", HOME))
     bench.now_ns += 2 * SECOND
     left.acquire()  # the same session after a lapse keeps its names
-    world = left.done(Query("world")).answer
+    world = left.done(Query("world"))
     assert world is not None
     assert world.world is not None
     assert list(world.world.transforms) == ["a"]
     left.done(LeaseRequest("release"))
     right.acquire()
-    world = right.done(Query("world")).answer
+    world = right.done(Query("world"))
     assert world is not None
     assert world.world is not None
     assert not world.world.transforms
@@ -197,7 +198,7 @@ def test_each_request_is_processed_once(bench: ServerBench, left: Coordinator) -
         assert [data for _, data in again] == [data for _, data in first]
         assert [to for to, _ in again] == [peer]
     assert bench.server.status().waiting == waiting
-    answer = left.done(MoveRequest("there", "there")).answer
+    answer = left.done(MoveRequest("there", "there"))
     assert answer is not None
     assert answer.sequence == sequence + 2
     assert bench.server.numbers().repeated == 2
@@ -250,7 +251,9 @@ def test_sessions_are_bounded_and_the_holders_is_kept(
     refusal = bench.inbox[others[0].peer][-1].refusal
     assert refusal is not None
     assert "too many sessions" in refusal.reason
-    assert others[0].refused(Query())[1].endswith("the session is not known here, 1 is expected")
+    assert (
+        others[0].refused(Query()).reason.endswith("the session is not known here, 1 is expected")
+    )
 
 
 # --- waits and the clock ----------------------------------------------------------------------
@@ -258,10 +261,9 @@ def test_sessions_are_bounded_and_the_holders_is_kept(
 
 def test_what_holds_is_answered_at_once(left: Coordinator) -> None:
     left.acquire()
-    reply = left.done(WaitRequest([CycleReached(10**9), AtRest(), JawAtRest()]))
-    assert reply.answer is not None
-    assert reply.answer.held  # jaw and arm have rested since homing, or the jaw alone
-    assert 0 not in reply.answer.held
+    held = left.done(WaitRequest([CycleReached(10**9), AtRest(), JawAtRest()])).held
+    assert held  # jaw and arm have rested since homing, or the jaw alone
+    assert 0 not in held
 
 
 def test_a_wait_is_answered_in_its_cycle(bench: ServerBench, left: Coordinator) -> None:
@@ -282,7 +284,7 @@ def test_a_later_wait_takes_the_place_of_an_earlier(bench: ServerBench, left: Co
     assert left.ask(never) is None
     replies = [reply for reply in bench.inbox[left.peer] if reply.serial == left.serial - 1]
     assert [reply.answer.held for reply in replies if reply.answer is not None] == [[]]
-    assert left.done(LeaseRequest("renew")).refusal is None  # beside an outstanding wait
+    left.done(LeaseRequest("renew"))  # beside an outstanding wait
     assert bench.server.time_may_pass
 
 
@@ -335,7 +337,7 @@ def test_the_server_tells_who_waits_that_it_ends(bench: ServerBench, left: Coord
     (reply,) = bench.hear(bench.server.end("the server ends: SIGTERM"))
     assert reply.refusal is not None
     assert (reply.refusal.error, reply.refusal.reason) == ("LinkError", "the server ends: SIGTERM")
-    assert left.refused(StopRequest()) == ("LinkError", "the server ends: SIGTERM")
+    assert left.refused(StopRequest()) == Refusal("LinkError", "the server ends: SIGTERM")
     left.done(Query())
 
 
@@ -347,7 +349,7 @@ def test_the_answers_say_how_long_requests_took(bench: ServerBench, left: Coordi
         bench.steps(number)  # any moment of a cycle, which has some 35 of them
         left.done(TransformMessage("a", HOME))
     bench.cycles(2)
-    answer = left.done(Query("server")).answer
+    answer = left.done(Query("server"))
     assert answer is not None
     assert answer.server is not None
     assert answer.server.latency_cycles == [0, 60, 0, 0]
@@ -384,8 +386,8 @@ def test_an_emergency_stop_acts_within_one_cycle(
     assert bench.server.time_may_pass
     assert all(bench.master.arm_state.braked)
     assert bench.server.status().fault == fault
-    assert left.refused(StopRequest()) == ("FaultError", fault)
-    assert left.refused(WaitRequest([AtRest()])) == ("FaultError", fault)
+    assert left.refused(StopRequest()) == Refusal("FaultError", fault)
+    assert left.refused(WaitRequest([AtRest()])) == Refusal("FaultError", fault)
     left.done(Query())
 
 

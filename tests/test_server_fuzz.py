@@ -303,6 +303,6 @@ def test_numbers_that_are_none_are_refused_by_place(victim: ServerBench, value: 
             "function.rows[1].coordinates[5]",
         ),
     ):
-        error, reason = client.refused(message)
-        assert error == "LinkError"
-        assert reason.startswith(f"{place} is {value:g}")
+        refusal = client.refused(message)
+        assert refusal.error == "LinkError"
+        assert refusal.reason.startswith(f"{place} is {value:g}")

@@ -1,10 +1,14 @@
 """Servers: a core on a simulated rig without sockets, and a real one in a thread with clients."""
 
+import json
 import secrets
+import socket
+import subprocess
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any
+from typing import Self
 
 import msgspec
 
@@ -22,6 +26,7 @@ from rfms_can.messages import (
     ModeMessage,
     MoveRequest,
     PositionMessage,
+    Query,
     Refusal,
     Reply,
     Status,
@@ -34,6 +39,7 @@ from rfms_can.rig.simulated import SimulatedRig
 from rfms_can.transform import Transform
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
+from support.command_line import end, kill, start
 
 encode = msgspec.msgpack.Encoder().encode
 _reply = msgspec.msgpack.Decoder(Reply).decode
@@ -42,7 +48,72 @@ LONG_S = 20.0
 SECOND = 1_000_000_000
 
 
-class Client:
+class Session(ABC):
+    """What a coordinator says to a server, whatever carries it.
+
+    Attributes:
+        name: it gives itself.
+        lease_s: how long its leases last.
+    """
+
+    lease_s = 1.0
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    @abstractmethod
+    def ask(self, message: AnyRequest) -> Reply | None:
+        """Send a request; the reply to it, None if it waits."""
+
+    @property
+    @abstractmethod
+    def t6(self) -> Transform:
+        """Where the arm is."""
+
+    def query(self) -> Status:
+        """The status in the reply to a query."""
+        reply = self.ask(Query())
+        assert reply is not None
+        return reply.status
+
+    def done(self, message: AnyRequest) -> Answer:
+        """Send a request that must be taken."""
+        reply = self.ask(message)
+        assert reply is not None
+        assert reply.refusal is None, reply.refusal
+        assert reply.answer is not None
+        return reply.answer
+
+    def refused(self, message: AnyRequest) -> Refusal:
+        """Send a request that must be refused."""
+        reply = self.ask(message)
+        assert reply is not None
+        assert reply.answer is None
+        assert reply.refusal is not None
+        return reply.refusal
+
+    def acquire(self, duration_s: float | None = None) -> Self:
+        """Take the lease."""
+        self.done(LeaseRequest("acquire", self.name, duration_s or self.lease_s))
+        return self
+
+    def move(
+        self,
+        name: str = "there",
+        seconds: float = 1.0,
+        *,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.05,
+    ) -> int:
+        """Ask for a move by a translation from where the arm is (m); its number."""
+        self.done(TransformMessage(name, Transform.translation(x, y, z) @ self.t6))
+        self.done(PositionMessage(name, ["t6"], [name]))
+        self.done(ModeMessage(name, "joint", 0.2, seconds))
+        return self.done(MoveRequest(name, name)).sequence
+
+
+class Client(Session):
     """One session with a server.
 
     Attributes:
@@ -50,9 +121,11 @@ class Client:
         serial: number of the request sent last.
     """
 
+    lease_s = 2.0
+
     def __init__(self, address: str, name: str = "client") -> None:
         self.socket = ClientSocket(address)
-        self.name = name
+        super().__init__(name)
         self.session = secrets.token_hex(16)
         self.serial = 0
 
@@ -76,22 +149,10 @@ class Client:
         """Send a request and wait for its reply."""
         return self.reply(self.send(message))
 
-    def done(self, message: AnyRequest) -> Answer:
-        """Send a request that must be taken."""
-        reply = self.ask(message)
-        assert reply.refusal is None, reply.refusal
-        assert reply.answer is not None
-        return reply.answer
-
-    def refused(self, message: AnyRequest) -> Refusal:
-        """Send a request that must be refused."""
-        reply = self.ask(message)
-        assert reply.refusal is not None
-        return reply.refusal
-
-    def acquire(self, duration_s: float = 2.0) -> None:
-        """Take the lease."""
-        self.done(LeaseRequest("acquire", self.name, duration_s))
+    @property
+    def t6(self) -> Transform:
+        """Where the arm is."""
+        return Transform(*self.query().t6)
 
     def wait(self, *any_of: AnyCondition) -> Reply:
         """Wait, and renew the lease meanwhile."""
@@ -100,7 +161,7 @@ class Client:
             try:
                 return self.reply(serial, 0.25)
             except AssertionError:
-                self.send(LeaseRequest("renew", duration_s=2.0))
+                self.send(LeaseRequest("renew", duration_s=self.lease_s))
         raise AssertionError(f"{self.name}: no end of {any_of}")
 
     def status(self, timeout_s: float = LONG_S) -> Status:
@@ -163,6 +224,12 @@ class Running:
         except BaseException as error:
             self.failure = error
 
+    def __enter__(self) -> "Running":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
+
     def client(self, name: str) -> Client:
         """A client of it, closed at its end."""
         self.clients.append(Client(self.name, name))
@@ -183,6 +250,39 @@ class Running:
         assert self.failure is None, self.failure
         assert self.served is not None
         return self.served
+
+
+class ServeProcess:
+    """``rfms serve --json`` as a process; what is left of it is killed at the end."""
+
+    def __init__(self, *arguments: str) -> None:
+        self.process: subprocess.Popen[str] = start("serve", "--json", *arguments)
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line, end(self.process)
+        assert json.loads(line) == {"ready": "rfms"}
+
+    def __enter__(self) -> "ServeProcess":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        kill(self.process)
+        end(self.process)
+
+
+def free_port() -> int:
+    """A port with two free ones after it."""
+    while True:
+        with socket.socket() as first:
+            first.bind(("127.0.0.1", 0))
+            port = int(first.getsockname()[1])
+        try:
+            for number in (port, port + 1, port + 2):
+                with socket.socket() as one:
+                    one.bind(("127.0.0.1", number))
+        except OSError:
+            continue
+        return port
 
 
 class ServerBench:
@@ -213,7 +313,7 @@ class ServerBench:
             self.inbox.setdefault(peer, []).append(replies[-1])
         return replies
 
-    def give(self, data: bytes, peer: bytes = b"somebody") -> list[Reply]:
+    def give(self, data: bytes, peer: bytes = b"peer") -> list[Reply]:
         """Hand bytes to the server as they are."""
         return self.hear(self.server.receive(peer, data, self.now_ns))
 
@@ -251,12 +351,12 @@ class ServerBench:
         return Transform(*self.server.status().t6)
 
 
-class Coordinator:
-    """One session."""
+class Coordinator(Session):
+    """A session with a server on a bench."""
 
     def __init__(self, bench: ServerBench, name: str) -> None:
         self.bench = bench
-        self.name = name
+        super().__init__(name)
         self.peer = name.encode()
         self.session = f"session of {name}".ljust(16, "x")
         self.serial = 0
@@ -272,32 +372,7 @@ class Coordinator:
         replies = self.bench.give(self.envelope(message), self.peer)
         return next((reply for reply in replies if reply.serial == self.serial), None)
 
-    def done(self, message: AnyRequest) -> Reply:
-        """Send a request that must be taken."""
-        reply = self.ask(message)
-        assert reply is not None
-        assert reply.refusal is None, reply.refusal
-        return reply
-
-    def refused(self, message: AnyRequest) -> tuple[str, str]:
-        """Send a request that must be refused: error and reason."""
-        reply = self.ask(message)
-        assert reply is not None
-        assert reply.refusal is not None
-        assert reply.answer is None
-        return reply.refusal.error, reply.refusal.reason
-
-    def acquire(self, duration_s: float = 1.0) -> "Coordinator":
-        """Take the lease."""
-        self.done(LeaseRequest("acquire", self.name, duration_s))
-        return self
-
-    def move(self, name: str = "there", seconds: float = 1.0, **by: Any) -> int:
-        """Ask for a move by a translation from where the arm is (m); its number."""
-        place = Transform.translation(by.get("x", 0.0), by.get("y", 0.0), by.get("z", 0.05))
-        self.done(TransformMessage(name, place @ self.bench.t6))
-        self.done(PositionMessage(name, ["t6"], [name]))
-        self.done(ModeMessage(name, "joint", 0.2, seconds))
-        answer = self.done(MoveRequest(name, name)).answer
-        assert answer is not None
-        return answer.sequence
+    @property
+    def t6(self) -> Transform:
+        """Where the arm is."""
+        return self.bench.t6

@@ -25,6 +25,7 @@ from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import JointError
+from support.programs.there_and_back import program as there_and_back
 
 ROOT = Path(__file__).parents[2]
 TRANSFER = ROOT / "examples" / "transfer.py"
@@ -107,6 +108,12 @@ class RestWatch:
         for joint in JOINTS:
             self._end_rest(joint)
         return tuple(self.rests)
+
+
+def recorded_run(directory: Path, *, terms: bool = False) -> Path:
+    """Record ``there_and_back`` on the simulated bus; where it was recorded."""
+    assert execute(there_and_back, RunSettings(), record=directory, terms=terms).fault is None
+    return directory
 
 
 @cache
