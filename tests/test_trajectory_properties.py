@@ -12,8 +12,8 @@ import numpy as np
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from pytest import approx
-from support.programs.random_moves import REST, Leg, hundredths, is_runnable, legs, move_of
-from support.trajectory import LEFT_DOWN, TAU, Rig, deviation
+from support.programs.random_moves import Leg, hundredths, is_runnable, legs, move_of
+from support.trajectory import LEFT_DOWN, REST, TAU, Rig, deviation
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

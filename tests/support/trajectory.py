@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rfms_can.arm import PUMA_260
-from rfms_can.kinematics import Configuration, JointSolver, direct
+from rfms_can.kinematics import Configuration, Joints, JointSolver, direct
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.master.trajectory.segment import Move, Transition, whole_ticks
@@ -23,6 +23,8 @@ LEFT_DOWN = Configuration.parse("left down noflip")
 TAU = 0.005
 HOME = (0.174532925199, 1.2217304764, -2.96705972839, 0.349065850399, 1.0471975512, -0.174532925199)
 """Where the golden trajectories start, rad."""
+REST: Joints = (0.2, 1.2, -2.7, 0.3, 1.0, -0.2)
+"""Joint angles that moves are planned from, and drawn near, rad."""
 
 
 _STATIC: Any = golden("trajectory_static")

@@ -13,8 +13,6 @@ from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.wire.vocabulary import Mode
 from support.trajectory import LEFT_DOWN, TOOL, MovingGoal, WeavingGoal
 
-REST = (0.2, 1.2, -2.7, 0.3, 1.0, -0.2)
-
 
 class Leg(NamedTuple):
     """A move of a program, in seconds; ``wait`` after its request."""
@@ -34,6 +32,7 @@ def hundredths(least: int, most: int) -> st.SearchStrategy[float]:
 
 
 def near(angle: float, reach: float) -> st.SearchStrategy[float]:
+    """Angles within a reach of one, rad."""
     return st.floats(angle - reach, angle + reach)
 
 
