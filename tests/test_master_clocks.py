@@ -26,7 +26,7 @@ def stream(fleet: Fleet, cycles: int) -> dict[int, list[bytes]]:
     start = fleet.id(Nmt)
     first = max(i for i, frame in enumerate(fleet.pump.sent) if frame.id == start) + 1
     fleet.run(5)
-    fleet.ask_to_move((0.3, -0.2, 0.2, 0.3, 0.2, -0.3))
+    fleet.move((0.3, -0.2, 0.2, 0.3, 0.2, -0.3), 0.6)
     fleet.master.handle(GripperRequest(True, 1.0))
     fleet.run(cycles)
     frames: dict[int, list[bytes]] = {}
@@ -110,7 +110,7 @@ def test_a_frame_lost_now_and_then_disturbs_nothing_for_long(
         return False
 
     fleet.pump.lose(lose)
-    fleet.ask_to_move((0.5, -0.2, 0.3, 0.5, 0.3, -0.5))
+    fleet.move((0.5, -0.2, 0.3, 0.5, 0.3, -0.5), 0.6)
     fleet.run(250)
     assert fleet.master.fault is None
     assert doomed

@@ -73,7 +73,7 @@ def test_counters_and_cycles_begin_anew_at_start(wire: Wire) -> None:
 
 
 def test_rows_are_the_models_at_the_measured_angles(fleet: Fleet) -> None:
-    fleet.ask_to_move((0.2, 0.1, -0.2, 0.1, 0.1, 0.2))
+    fleet.move((0.2, 0.1, -0.2, 0.1, 0.1, 0.2), 0.6)
     fleet.run(80)
     dynamics = ArmDynamics(PUMA_260)
     for _ in range(5):
@@ -150,7 +150,7 @@ def test_gripper_commands_go_out_at_the_next_cycle_and_are_repeated(fleet: Fleet
 
 
 def test_every_setpoint_says_its_cycle_and_move(fleet: Fleet) -> None:
-    sequence = fleet.ask_to_move((0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
+    sequence = fleet.move((0.1, 0.0, 0.0, 0.0, 0.0, 0.0), 0.6)
     first = len(fleet.pump.sent)
     fleet.run(250)
     setpoints = fleet.said("SETPOINT_1", first)
@@ -204,7 +204,7 @@ def test_a_setpoint_the_arm_cannot_take_halts_before_it_is_sent(fleet: Fleet) ->
 def test_a_stop_that_ends_in_a_singular_wrist_halts_by_name(fleet: Fleet) -> None:
     """Programs stop wherever they like; where theta4 and theta6 are one, nothing can be held."""
     motion = fleet.master.motion
-    fleet.ask_to_move((0.2, 0.0, 0.0, 0.0, 0.0, 0.0))
+    fleet.move((0.2, 0.0, 0.0, 0.0, 0.0, 0.0), 0.6)
     fleet.run(60)
     fleet.master.handle(StopRequest())
     while not motion.generator.stopped:

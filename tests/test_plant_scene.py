@@ -1,16 +1,12 @@
 """A peg and a hole in the plant: what fits goes in, what does not is pushed back, and is felt."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from pytest import approx
+from support.scene import SceneBench
 
-from rfms_can.arm import PUMA_560
-from rfms_can.dynamics.rigid_body import ArmDynamics
-from rfms_can.kinematics import InverseKinematics, Joints, configuration_of
-from rfms_can.plant.arm_model import ArmModel
 from rfms_can.plant.scene import Kind
 from rfms_can.plant.scene.peg_in_hole import HOLE, PegInHole
 from rfms_can.transform import Transform
@@ -18,46 +14,29 @@ from rfms_can.transform import Transform
 PEG = PegInHole()
 STEP_S = 2.5e-4
 DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
-CONFIGURATION = configuration_of(PUMA_560, PUMA_560.park)
-NATURAL = 60.0
-"""Of the arm's position control here, rad/s; critically damped, without dry friction."""
 
 
-def solve(offset: Transform) -> Joints:
-    """Joint angles with the end of the peg at an offset from the mouth of the hole, m."""
-    pose = HOLE @ offset @ DOWN @ PEG.tool().tip.inverse()
-    return InverseKinematics(PUMA_560).solve(pose, CONFIGURATION, PUMA_560.park)
+class PegBench(SceneBench):
+    """A PUMA 560 with the peg over the hole; offsets are seen from the mouth of the hole, m."""
 
-
-class Bench:
-    """A PUMA 560 with the peg, over the hole."""
-
-    def __init__(self, start: Transform) -> None:
-        friction = PUMA_560.friction_sets["none"]
-        self.model = ArmModel(PUMA_560, friction, STEP_S, PEG.scene())
-        self.model.reset(solve(start))
-        self._dynamics = ArmDynamics(PUMA_560)
-
-    def hold(self, q: Sequence[float], seconds: float) -> None:
-        """Position control to ``q`` for a time, at 1 kHz."""
-        dynamics, model = self._dynamics, self.model
-        for _ in range(round(seconds / 1e-3)):
-            dynamics.update(model.q)
-            error = np.subtract(q, model.q)
-            rate = 2.0 * NATURAL * np.array(model.qd)
-            torque = dynamics.M @ (NATURAL**2 * error - rate) + dynamics.g
-            model.step(torque.tolist(), steps=4)
+    def __init__(self, x: float = 0.0, z: float = 0.005) -> None:
+        super().__init__("peg")
+        self.put(at(x, z))
 
     def lower(self, x: float, to: float, seconds: float) -> None:
-        """Lower the peg from above to a height, m, with a lateral offset."""
+        """Lower the peg from above to a height, with a lateral offset."""
         for height in np.linspace(0.005, to, round(seconds / 0.01)):
-            self.hold(solve(Transform.translation(x, 0.0, float(height))), 0.01)
+            self.control(at(x, float(height)), 0.01)
 
     @property
-    def tip(self) -> Transform:
+    def end(self) -> Transform:
         """The end of the peg, seen from the mouth of the hole."""
-        pose = Transform.from_rows(self.model.wrist_pose())
-        return HOLE.inverse() @ pose @ PEG.tool().tip
+        return HOLE.inverse() @ self.tip
+
+
+def at(x: float, z: float) -> Transform:
+    """The pose of the tip with the end of the peg at an offset from the mouth of the hole."""
+    return HOLE @ Transform.translation(x, 0.0, z) @ DOWN
 
 
 def test_the_facets_are_within_a_tenth_of_the_clearance() -> None:
@@ -78,17 +57,17 @@ def test_the_chamfer_begins_at_the_bore_and_ends_at_the_mouth() -> None:
 
 
 def test_a_peg_on_the_axis_goes_in_and_touches_nothing() -> None:
-    bench = Bench(Transform.translation(0.0, 0.0, 0.005))
+    bench = PegBench()
     bench.lower(0.0, -0.03, 0.6)
     assert bench.model.contacts == 0
-    bench.hold(solve(Transform.translation(0.0, 0.0, -0.03)), 0.3)
+    bench.control(at(0.0, -0.03), 0.3)
     assert bench.model.contacts == 0
-    assert bench.tip.pz == approx(-0.03, abs=2e-4)
+    assert bench.end.pz == approx(-0.03, abs=2e-4)
 
 
 def test_the_sensor_feels_the_weight_of_the_tool_at_rest() -> None:
-    bench = Bench(Transform.translation(0.0, 0.0, 0.005))
-    bench.hold(solve(Transform.translation(0.0, 0.0, 0.005)), 0.3)
+    bench = PegBench()
+    bench.control(at(0.0, 0.005), 0.3)
     tool = PEG.tool()
     weight = 9.81 * tool.mass  # z of T6 looks down: the hand pulls the tool up, along -z
     assert bench.model.wrist_force() == approx([0.0, 0.0, -weight, 0.0, 0.0, 0.0], abs=0.02)
@@ -96,17 +75,17 @@ def test_the_sensor_feels_the_weight_of_the_tool_at_rest() -> None:
 
 @pytest.mark.parametrize("gap", [0.5, 0.95])
 def test_within_the_clearance_the_bore_is_not_touched(gap: float) -> None:
-    bench = Bench(Transform.translation(0.0, 0.0, 0.005))
+    bench = PegBench()
     bench.lower(gap * PEG.clearance, -0.02, 0.6)
     assert bench.model.contacts == 0
 
 
 def test_beyond_it_the_chamfer_pushes_the_peg_aside_and_the_sensor_says_where_to() -> None:
-    bench = Bench(Transform.translation(0.001, 0.0, 0.005))
+    bench = PegBench(0.001)
     bench.lower(0.001, -0.02, 0.6)
-    bench.hold(solve(Transform.translation(0.001, 0.0, -0.02)), 0.5)
+    bench.control(at(0.001, -0.02), 0.5)
     assert bench.model.contacts > 0
-    tip = bench.tip
+    tip = bench.end
     assert math.hypot(tip.px, tip.py) < PEG.clearance + 3e-4  # elastic: position control pushes on
     fx, fy, *_ = bench.model.wrist_force()
     # The wall pushes the peg towards -x of the base, which is +x of T6: the hand pushes it back.
@@ -116,8 +95,8 @@ def test_beyond_it_the_chamfer_pushes_the_peg_aside_and_the_sensor_says_where_to
 
 def test_the_chamfer_gives_way_to_a_millimetre_and_the_rim_stops_what_is_farther_out() -> None:
     beyond = PEG.clearance + PEG.chamfer + 0.002
-    bench = Bench(Transform.translation(beyond, 0.0, 0.005))
+    bench = PegBench(beyond)
     bench.lower(beyond, -0.002, 0.4)
     assert bench.model.contacts > 0
-    assert bench.tip.pz > -0.0015
+    assert bench.end.pz > -0.0015
     assert bench.model.wrist_force()[2] > 10.0  # the mouth pushes up; the hand, along +z, down

@@ -14,8 +14,7 @@ from support.system import SHORT
 
 from rfms_can.arm import PUMA_260
 from rfms_can.cli.report import print_result, print_rows
-from rfms_can.coordinator import Arm
-from rfms_can.coordinator.stopping import STOPPING_S
+from rfms_can.coordinator import Arm, stopping
 from rfms_can.errors import FaultError, ProgramError, RfmsError
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
@@ -23,7 +22,7 @@ from rfms_can.master.stillness import Stillness
 from rfms_can.rig.interrupt import Interrupt, signals_noted
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import COMMANDED, LOG, SETTINGS, SUMMARY, Record
-from rfms_can.rig.runner import execute
+from rfms_can.rig.runner import Outcome, execute
 from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
@@ -35,6 +34,8 @@ from rfms_can.wire.records import Estop
 pytestmark = pytest.mark.system
 
 SETTINGS_USED = RunSettings(seed=7)
+SHORT_STOPPING_S = 2.0
+"""How long an arm may take to come to rest, in a test in which it never does."""
 
 
 class Watched:
@@ -71,9 +72,15 @@ def swing(arm: Arm, then: str = "wait") -> None:
         arm.sleep(0.5)
 
 
-def test_a_recording_is_whole(tmp_path: Path) -> None:
-    directory = tmp_path / "deep" / "run"
-    outcome = execute(load_program(SHORT), SETTINGS_USED, record=directory)
+@pytest.fixture(scope="module")
+def short_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
+    """A recording of the short program, and how the run ended."""
+    directory = tmp_path_factory.mktemp("short") / "deep" / "run"
+    return directory, execute(load_program(SHORT), SETTINGS_USED, record=directory)
+
+
+def test_a_recording_is_whole(short_run: tuple[Path, Outcome]) -> None:
+    directory, outcome = short_run
     assert {file.name for file in directory.iterdir()} == {LOG, SETTINGS, COMMANDED, SUMMARY}
     summary = json.loads((directory / SUMMARY).read_text())
     assert summary == outcome.result.as_dict()
@@ -87,11 +94,10 @@ def test_a_recording_is_whole(tmp_path: Path) -> None:
     assert len(rows) - 1 == pytest.approx(summary["cycles"], abs=2)
 
 
-def test_everybody_s_tools_read_the_log(tmp_path: Path) -> None:
-    execute(load_program(SHORT), SETTINGS_USED, record=tmp_path)
+def test_everybody_s_tools_read_the_log(short_run: tuple[Path, Outcome]) -> None:
     database = cantools.database.load_file(database_path())
     names = set()
-    for message in can.LogReader(str(tmp_path / LOG)):
+    for message in can.LogReader(str(short_run[0] / LOG)):
         assert isinstance(message, can.Message)
         described = database.get_message_by_frame_id(message.arbitration_id)
         described.decode(bytes(message.data), allow_truncated=False)
@@ -196,6 +202,7 @@ def test_an_arm_that_never_rests_is_braked_after_a_while(
 ) -> None:
     """Its servos shake it: what ends the program is told all the same."""
     monkeypatch.setattr(Stillness, "arm", property(lambda _: False))
+    monkeypatch.setattr(stopping, "STOPPING_S", SHORT_STOPPING_S)
 
     def program(arm: Arm) -> None:
         raise ProgramError("enough")
@@ -203,7 +210,7 @@ def test_an_arm_that_never_rests_is_braked_after_a_while(
     with pytest.raises(ProgramError, match="enough"):
         execute(program, RunSettings(), watch=watched)
     assert watched.rig.master.phase is Phase.END
-    assert watched.rig.master.statistics.cycles >= STOPPING_S * RunSettings().rate
+    assert watched.rig.master.statistics.cycles >= SHORT_STOPPING_S * RunSettings().rate
     watched.assert_safe()
 
 

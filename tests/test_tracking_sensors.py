@@ -5,6 +5,7 @@ truly is at that same moment of the server's time; the server only knows late pi
 """
 
 import random
+from functools import cache
 from types import ModuleType
 from typing import Any
 
@@ -94,11 +95,17 @@ def test_pictures_taken_as_fresh_would_be_late() -> None:
 # --- a correction on the way ---------------------------------------------------------------------
 
 
+@cache
+def with_camera(arm: str, friction: str) -> Trace:
+    """One run of the example for all tests that look at it."""
+    return run_example("camera", arm, friction)
+
+
 @pytest.mark.parametrize("friction", ["corke", "thesis"])
 @pytest.mark.parametrize("arm", ARMS)
 def test_a_camera_correction_lands_on_the_part(arm: str, friction: str) -> None:
     module = example("camera")
-    run = run_example("camera", arm, friction)
+    run = with_camera(arm, friction)
     hand = Transform(*run.statuses[0].t6)
     seen, drawn = (
         np.array(origin(p)) for p in (module.seen(hand), module.place(hand, module.DRAWN))
@@ -119,7 +126,7 @@ def test_a_camera_correction_lands_on_the_part(arm: str, friction: str) -> None:
 @pytest.mark.parametrize("arm", ARMS)
 def test_a_correction_adds_no_more_acceleration_than_the_mode_allows(arm: str) -> None:
     """The corrected run less its uncorrected twin: what the correction alone does to the tool."""
-    corrected = run_example("camera", arm)
+    corrected = with_camera(arm, "corke")
     twin = run_example("camera", arm, OFF=(0.0, 0.0, 0.0))
     module = example("camera")
     count = corrected.arrival(2)

@@ -39,6 +39,7 @@ from rfms_can.wire.nodes import GRIPPER, JOINTS
 from support.bench import Reader
 
 Fate = Callable[[Frame, Node], bool]
+ZERO6 = (0.0,) * 6
 
 
 class Pump:
@@ -150,6 +151,7 @@ class Fleet:
         self.master = MasterNode(arm, wire, 8, how)
         self.pump = Pump(*self.joints, self.gripper, self.plant, self.master)
         self.reader = Reader(wire)
+        self._moves = 0
 
     def reach(self, phase: Phase) -> "Fleet":
         """Run until the master has reached a phase."""
@@ -176,14 +178,25 @@ class Fleet:
         assert self.master.fault is not None
         return self.master.fault
 
-    def ask_to_move(self, way: Sequence[float], seconds: float = 0.6) -> int:
-        """Ask for a joint motion from park by some angles, rad; its sequence number."""
+    def move(
+        self,
+        displacement: Sequence[float] = ZERO6,
+        seconds: float = 0.4,
+        frame: Transform | None = None,
+        **mode: Any,
+    ) -> int:
+        """Move from park by joint angles, rad; ``frame`` in T6 complies. Its sequence number."""
         master = self.master
-        goal = [q + step for q, step in zip(master.arm.park, way, strict=True)]
-        master.handle(TransformMessage("goal", direct(master.arm, goal)))
-        master.handle(PositionMessage("there", ["t6"], ["goal"]))
-        master.handle(ModeMessage("swift", "joint", 0.1, seconds))
-        return master.handle(MoveRequest("there", "swift")).sequence
+        self._moves += 1
+        n = self._moves
+        q = [park + step for park, step in zip(master.arm.park, displacement, strict=True)]
+        goal = direct(master.arm, q)
+        tool = Transform.identity() if frame is None else frame
+        master.handle(TransformMessage(f"goal {n}", goal @ tool))
+        master.handle(TransformMessage(f"tool {n}", tool))
+        master.handle(PositionMessage(f"there {n}", ["t6", f"tool {n}"], [f"goal {n}"]))
+        master.handle(ModeMessage(f"mode {n}", "joint", 0.1, seconds, **mode))
+        return master.handle(MoveRequest(f"there {n}", f"mode {n}")).sequence
 
     def id(self, record: type[NamedTuple], node: int | None = None) -> int:
         """Identifier of a message."""
@@ -196,9 +209,6 @@ class Fleet:
         return [self.reader.read(frame).values for frame in frames if frame.id == identifier]
 
 
-NO_WAY = (0.0,) * 6
-
-
 class PushedFleet(Fleet):
     """All nine nodes, and a hand at the tool.
 
@@ -208,8 +218,7 @@ class PushedFleet(Fleet):
 
     def __init__(self, wire: Wire, **settings: Any) -> None:
         super().__init__(wire, **settings)
-        self.push: tuple[float, ...] = NO_WAY
-        self._asked = 0
+        self.push: tuple[float, ...] = ZERO6
         model = self.plant.physics.model
         steps = model.step
 
@@ -219,7 +228,7 @@ class PushedFleet(Fleet):
                 torque = [t + x for t, x in zip(torque, by.tolist(), strict=True)]
             steps(torque, *more)
 
-        model.step = pushed  # type: ignore[method-assign,assignment]  # nobody on the bus knows of it
+        model.step = pushed  # type: ignore[method-assign,assignment]  # unseen on the bus
 
     @property
     def force(self) -> Any:
@@ -233,25 +242,6 @@ class PushedFleet(Fleet):
     def lock(self, word: str) -> None:
         """From the next move on."""
         self.master.handle(LockRequest(word))
-
-    def move(
-        self,
-        way: tuple[float, ...] = NO_WAY,
-        seconds: float = 0.4,
-        frame: Transform | None = None,
-        **mode: Any,
-    ) -> int:
-        """Move from park by joint angles, rad; ``frame`` in T6 complies. Its sequence number."""
-        master = self.master
-        self._asked += 1
-        n = self._asked
-        goal = direct(master.arm, [q + step for q, step in zip(master.arm.park, way, strict=True)])
-        tool = Transform.identity() if frame is None else frame
-        master.handle(TransformMessage(f"goal {n}", goal @ tool))
-        master.handle(TransformMessage(f"tool {n}", tool))
-        master.handle(PositionMessage(f"there {n}", ["t6", f"tool {n}"], [f"goal {n}"]))
-        master.handle(ModeMessage(f"mode {n}", "joint", 0.1, seconds, **mode))
-        return master.handle(MoveRequest(f"there {n}", f"mode {n}")).sequence
 
     def settle(self, sequence: int, most: int = 1000) -> None:
         """Run until a program that waits for a move would go on."""

@@ -1,8 +1,8 @@
-"""Data of experiments without a bus: an arm that follows perfectly, and currents by its true law.
+"""Perfect experiments without a bus: an arm that follows exactly, and currents by its true law.
 
 What an analysis is tested with where the servo, the bus and the physics engine do not matter: the
 joints go from rest to rest along quintics, a joint at rest draws what it stopped with, converters
-round and are noisy.
+round and are noisy. ``exact_calibration`` is what the best analysis could find.
 """
 
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ ACCELERATION_S = 0.2
 
 
 @dataclass
-class Way:
+class SetpointPath:
     """Set-points and marks of an experiment."""
 
     q: list[Floats] = field(default_factory=list)
@@ -70,50 +70,50 @@ def _quintic(k: int, seconds: float) -> float:
 def _trapezoid(t: float, seconds: float, rise: float) -> float:
     """Constant speed after a smooth start, and before a smooth end."""
 
-    def way(s: float) -> float:
-        """Of a speed that rises as 3 u^2 - 2 u^3 to 1."""
+    def distance(s: float) -> float:
+        """At a speed that rises as 3 u^2 - 2 u^3 to 1."""
         u = min(s / rise, 1.0)
         return rise * (u**3 - 0.5 * u**4) + max(s - rise, 0.0)
 
     whole = seconds - rise
-    return (way(t) if t < seconds / 2.0 else whole - way(max(seconds - t, 0.0))) / whole
+    return (distance(t) if t < seconds / 2.0 else whole - distance(max(seconds - t, 0.0))) / whole
 
 
-def _act(way: Way, index: int, action: Action, arm: Arm) -> None:
+def _act(path: SetpointPath, index: int, action: Action, arm: Arm) -> None:
     if isinstance(action, Sweep):
         kind = CREEP if isinstance(action, Creep) else SWEEP
         low, high = (with_joint(action.pose, action.joint, a) for a in (action.lower, action.upper))
         seconds = (action.upper - action.lower) / action.speed
-        way.rest(low, REST_S)
-        way.go(kind, action.joint, index, high, seconds)
-        way.go(kind, action.joint, index, low, seconds)
+        path.rest(low, REST_S)
+        path.go(kind, action.joint, index, high, seconds)
+        path.go(kind, action.joint, index, low, seconds)
     elif isinstance(action, Burst):
         there = with_joint(
             action.pose, action.joint, action.pose[action.joint - 1] + action.displacement
         )
         _, seconds = burst_times(abs(action.displacement), arm, action.joint)
-        way.rest(action.pose, REST_S)
+        path.rest(action.pose, REST_S)
         for end in (there, action.pose) * action.times:
-            way.go(BURST, action.joint, index, end, 1.3 * seconds)
-            way.rest(end, 0.1)
+            path.go(BURST, action.joint, index, end, 1.3 * seconds)
+            path.rest(end, 0.1)
     else:
-        way.rest(action.places[0], REST_S)
+        path.rest(action.places[0], REST_S)
         for place in action.places[1:]:
-            far = np.abs(np.array(place) - way.q[-1]) / np.array(arm.speed_limits)
-            way.go(TOUR, 0, index, place, 2.2 * float(far.max()))
+            far = np.abs(np.array(place) - path.q[-1]) / np.array(arm.speed_limits)
+            path.go(TOUR, 0, index, place, 2.2 * float(far.max()))
 
 
 def ideal_data(experiment: Experiment, variant: Variant, seed: int = 1) -> Data:
     """The data of an experiment on a plant."""
-    arm, way = variant.rigid, Way()
+    arm, path = variant.rigid, SetpointPath()
     for index, action in enumerate(experiment.actions):
-        _act(way, index, action, arm)
-    way.rest(way.q[-1].tolist(), REST_S)
-    q = np.array(way.q)
+        _act(path, index, action, arm)
+    path.rest(path.q[-1].tolist(), REST_S)
+    q = np.array(path.q)
     qd = np.gradient(q, PERIOD_S, axis=0)
     current = _currents(variant, q, experiment.load)
     table = _table(variant, q, qd, current, np.random.default_rng(seed))
-    return Data(table, (7, -3, 0, 11, 5, 2), tuple(way.marks), PERIOD_S, experiment.load)
+    return Data(table, (7, -3, 0, 11, 5, 2), tuple(path.marks), PERIOD_S, experiment.load)
 
 
 def _currents(variant: Variant, q: Floats, load: bool) -> Floats:

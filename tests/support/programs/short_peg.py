@@ -1,4 +1,7 @@
-"""The last of a peg's way into its hole: the mouth, the chamfer, 10 mm deep, and out again."""
+"""The end of a peg's insertion: the mouth, the chamfer, 10 mm deep, and out again.
+
+Needs ``tools`` on the path: ``PYTHONPATH=tools rfms run tests/support/programs/short_peg.py``.
+"""
 
 from example_run import example
 

@@ -1,4 +1,4 @@
-"""A short program to record: one way in the three modes of thesis Figures 3.3 to 3.5."""
+"""A short program to record: one path in the three modes of thesis Figures 3.3 to 3.5."""
 
 import math
 
@@ -9,7 +9,7 @@ FAR = math.radians(4.0)
 
 
 def program(arm: Arm) -> None:
-    """One way in three modes, in 1.5 s of motion."""
+    """Turn and come back in three modes, in 1.5 s of motion."""
     hand = arm.transform("hand", arm.pose)
     turn = arm.transform("turn", Transform.rotation((0.0, 0.0, 1.0), FAR))
     here, there = arm.position("here", arm.t6 == hand), arm.position("there", arm.t6 == turn @ hand)
