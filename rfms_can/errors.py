@@ -20,7 +20,7 @@
     │   ├── MoveError           a move that breaks a rule of the trajectory generator
     │   └── LeaseError          another coordinator controls the arm, or the lease has lapsed
     ├── LinkError           no server, no answer, or an invalid message
-    ├── TableError          an incomplete table: a bug, found at import
+    ├── TableError          a table of ours leaves a member out: a bug, found at import
     ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
     └── FaultError          a latched fault ended the run: the arm is safe, the run has failed
 

@@ -15,18 +15,24 @@ from rfms_can.analysis.canvas import PlotError
 from rfms_can.analysis.motions import thesis_motions
 from rfms_can.analysis.plots import (
     QUANTITIES,
+    TERM_COLORS,
+    TERM_PANELS,
     Quantity,
     bus_sheet,
     joint_sheet,
+    joint_terms_sheet,
     overview,
     quantity_sheet,
+    terms_sheet,
 )
 from rfms_can.analysis.recording import Recording, RecordingError, load_recording
 from rfms_can.analysis.thesis_figures import thesis_sheets
 from rfms_can.cli.plot import plot
+from rfms_can.joint_nodes.servo import ServoTerms
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.terms import TERMS
 from rfms_can.wire.contract import Wire
 
 pytestmark = pytest.mark.system
@@ -148,6 +154,55 @@ def test_between_transitions_only_joint_mode_runs_evenly(recording: Recording) -
         even.append(np.abs(acceleration[rows]).max())
     assert even[0] < 1e-6
     assert even[1] > 1e-3
+
+
+def test_every_term_of_a_torque_has_a_colour_and_a_panel() -> None:
+    assert set(TERM_COLORS) == set(ServoTerms._fields)
+    shown = [name for _, terms in TERM_PANELS for name in terms]
+    assert sorted(shown) == sorted(ServoTerms._fields)
+
+
+def test_recorded_terms_are_drawn_and_add_up_to_what_the_dac_was_told(
+    rfms_plot: Run, tmp_path: Path, wire: Wire
+) -> None:
+    execute(there_and_back, RunSettings(), record=tmp_path, terms=True)
+    assert rfms_plot(tmp_path, "--out", tmp_path / "all").exit_code == 0
+    assert names(tmp_path / "all") == sorted([*RUN, "terms"])
+    assert rfms_plot(tmp_path, "--joint", 2, "--out", tmp_path / "one").exit_code == 0
+    assert names(tmp_path / "one") == ["joint_2", "joint_2_terms"]
+    recording = load_recording(tmp_path, wire)
+    assert recording.terms is not None
+    for joint, terms in enumerate(recording.terms):
+        row = np.searchsorted(recording.log.cycle, terms.cycle)
+        code = abs(recording.arm.board_scale(joint).torque_per_dac_code)
+        assert np.abs(terms.torque - recording.torque[row, joint]).max() < 0.51 * code
+    panels = terms_sheet(recording, recording.terms).panels
+    torque, *parts = panels[1].lines
+    total = np.sum([line.get_ydata() for line in parts], axis=0)
+    assert torque.get_ydata() == pytest.approx(total, abs=1e-9)
+    titles = [
+        p.get_title(loc="left") for p in joint_terms_sheet(recording, recording.terms[1], 2).panels
+    ]
+    assert titles == [title for title, _ in TERM_PANELS][: len(titles)]
+    assert len(titles) == 2  # rigid: nothing of force control acted
+
+
+@pytest.mark.parametrize("spoil", ["bytes", "names"])
+def test_terms_that_cannot_be_read_are_one_clear_line(
+    rfms_plot: Run, directory: Path, spoil: str
+) -> None:
+    path = directory / TERMS
+    if spoil == "bytes":
+        path.write_bytes(b"no archive")
+    else:
+        tables = {f"joint_{joint}": np.zeros((1, 2)) for joint in range(1, 7)}
+        np.savez(path, allow_pickle=False, terms=np.array(["p"]), **tables)
+    try:
+        result = rfms_plot(directory)
+    finally:
+        path.unlink()
+    assert isinstance(result.exception, RecordingError)
+    assert TERMS in str(result.exception)
 
 
 def test_a_directory_without_a_run_is_one_clear_line(rfms_plot: Run, tmp_path: Path) -> None:

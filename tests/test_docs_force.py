@@ -30,10 +30,10 @@ PAGE = " ".join((Path(__file__).parents[1] / "docs" / "force.md").read_text("utf
         f"an error within {bias.DEAD_BAND[0]:g} N and {bias.DEAD_BAND[3]:g} N m",
         f"the mean of {wrench_estimate.TARE_CYCLES} readings",
         f"beyond {friction.MOVING_CODES:g} ADC codes",
-        f"{100 * friction.COMPLYING_PART:g} % of the Coulomb part",
+        f"{100 * friction.COMPLYING_FRACTION:g} % of the Coulomb part",
         f"every {1e3 * min(DITHER_PERIODS_S):g} to {1e3 * max(DITHER_PERIODS_S):g} ms",
-        f"may use {servo.COMPLYING_INTEGRAL:g} of what",
-        f"at most {100 * friction.PASSAGE_PART:g} % of its limit a cycle",
+        f"may use {servo.COMPLYING_INTEGRAL_FRACTION:g} of what",
+        f"at most {100 * friction.TRANSFER_FRACTION:g} % of its limit a cycle",
     ],
 )
 def test_a_number_is_the_codes(words: str) -> None:

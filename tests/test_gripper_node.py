@@ -4,7 +4,7 @@ import pytest
 from support.node_bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260, Arm
-from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_PART, GripperNode
+from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_FRACTION, GripperNode
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.plant.jaw import Jaw
@@ -73,7 +73,7 @@ def test_homing_opens_gently_until_the_jaw_rests_on_its_stop(bench: GripperBench
     bench.command(Command.HOME)
     for counts in range(0, 4000, 200):
         (code,) = cycle(bench, counts, NodeState.HOMING)
-        assert code == round(HOMING_PART * 2048)
+        assert code == round(HOMING_FRACTION * 2048)
         assert bench.state is NodeState.HOMING
     for _ in range(AT_REST_CYCLES):
         assert bench.state is NodeState.HOMING

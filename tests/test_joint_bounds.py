@@ -219,7 +219,7 @@ def test_a_controlled_stop_ends_inside_the_range(wire: Wire, upper: bool) -> Non
         bench.run()
     assert bench.state is NodeState.OPERATIONAL
     bench.command(Command.QUICKSTOP)
-    ramp = bench.node._ramp
+    ramp = bench.controller.ramp
     assert ramp is not None
     assert abs(ramp.speed) == pytest.approx(speed, rel=0.01)
     while ramp.speed:

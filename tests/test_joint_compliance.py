@@ -194,19 +194,19 @@ def test_rows_of_other_joints_are_not_ours(second: Injector) -> None:
 
 def test_a_half_arrived_row_set_never_acts() -> None:
     rows = RowSets(4)
-    before = (rows.first, rows.second, rows.gravity, rows.law, rows.number)
-    rows.hear(Rows(*(1.0,) * 12, 9.0, 7, Law.WEIGHTED, 8.0, 3, 1))
-    assert not rows.swap(6)
-    assert (rows.first, rows.second, rows.gravity, rows.law, rows.number) == before
-    assert rows.swap(7)
+    before = (rows.law_row, rows.inertia_row, rows.gravity, rows.law, rows.number)
+    rows.receive(Rows(*(1.0,) * 12, 9.0, 7, Law.WEIGHTED, 8.0, 3, 1))
+    assert not rows.activate(6)
+    assert (rows.law_row, rows.inertia_row, rows.gravity, rows.law, rows.number) == before
+    assert rows.activate(7)
     assert (rows.gravity, rows.law, rows.number) == (9.0, Law.WEIGHTED, 7)
-    assert rows.swap(7)  # named again: nothing changes
+    assert rows.activate(7)  # named again: nothing changes
 
 
 def test_no_set_is_named_while_the_master_has_sent_none() -> None:
     rows = RowSets(4)
-    assert rows.swap(NO_SET)
-    assert not rows.swap(1)
+    assert rows.activate(NO_SET)
+    assert not rows.activate(1)
 
 
 def test_set_numbers_wrap(second: Injector) -> None:

@@ -1,4 +1,4 @@
-"""Friction compensation of a complying joint: by its motion, by its push, by a dither; passages."""
+"""Friction compensation of a complying joint: by motion, by intent, by a dither; transfers."""
 
 import math
 from itertools import pairwise
@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from rfms_can.arm import PUMA_560
 from rfms_can.joint_nodes.friction import (
-    COMPLYING_PART,
+    COMPLYING_FRACTION,
     MOVING_CODES,
-    PASSAGE_PART,
+    TRANSFER_FRACTION,
     FrictionCompensation,
 )
 from rfms_can.master.start_up.node_parameters import joint_parameters
@@ -21,7 +21,7 @@ DITHER_PERIOD_S = 0.032
 POSITIVE, NEGATIVE, VISCOUS, LIMIT = 2.0, 3.0, 0.5, 50.0
 MOVING = 0.003
 """Speed from which it counts as moving, rad/s."""
-STEP = PASSAGE_PART * LIMIT
+STEP = TRANSFER_FRACTION * LIMIT
 
 
 def compensation(dither: float = 0.0, period: float = 0.004) -> FrictionCompensation:
@@ -57,9 +57,9 @@ def settled(
 @pytest.mark.parametrize(
     ("measured", "torque"),
     [
-        (0.4, COMPLYING_PART * POSITIVE + 0.4 * VISCOUS),
-        (-0.4, -COMPLYING_PART * NEGATIVE - 0.4 * VISCOUS),
-        (1.01 * MOVING, COMPLYING_PART * POSITIVE + 1.01 * MOVING * VISCOUS),
+        (0.4, COMPLYING_FRACTION * POSITIVE + 0.4 * VISCOUS),
+        (-0.4, -COMPLYING_FRACTION * NEGATIVE - 0.4 * VISCOUS),
+        (1.01 * MOVING, COMPLYING_FRACTION * POSITIVE + 1.01 * MOVING * VISCOUS),
     ],
 )
 def test_of_a_joint_that_moves_it_is_that_of_the_way_it_moves(
@@ -72,7 +72,7 @@ def test_of_a_joint_that_moves_it_is_that_of_the_way_it_moves(
 
 @pytest.mark.parametrize("push", [0.02, -0.02])
 def test_of_a_joint_that_rests_it_is_that_of_the_way_it_is_pushed(push: float) -> None:
-    coulomb = COMPLYING_PART * (POSITIVE if push > 0.0 else -NEGATIVE)
+    coulomb = COMPLYING_FRACTION * (POSITIVE if push > 0.0 else -NEGATIVE)
     torque = settled(compensation(), 0.0, 0.5 * MOVING, push)
     assert torque == pytest.approx(coulomb + VISCOUS * push)
 
@@ -135,7 +135,7 @@ def test_a_dither_waits_until_compliance_has_begun() -> None:
     friction.rigid(0.0)
     torques = [friction.complying(0.0, 0.0, -0.1, k) for k in range(40)]
     begun = next(k for k, t in enumerate(torques) if abs(t - torques[max(k - 1, 0)]) > STEP * 1.001)
-    assert begun > (POSITIVE + COMPLYING_PART * NEGATIVE) / STEP - 1.0
+    assert begun > (POSITIVE + COMPLYING_FRACTION * NEGATIVE) / STEP - 1.0
 
 
 def test_a_rigid_joint_is_never_dithered() -> None:
@@ -143,7 +143,7 @@ def test_a_rigid_joint_is_never_dithered() -> None:
     assert {friction.rigid(0.0) for _ in range(20)} == {0.0}
 
 
-# --- passages ----------------------------------------------------------------------------------
+# --- bumpless transfer -------------------------------------------------------------------------
 
 speeds = st.floats(-1.0, 1.0)
 
@@ -184,7 +184,7 @@ def test_a_joint_that_goes_on_complying_turns_its_friction_at_once() -> None:
     friction = compensation()
     settled(friction, 0.0, 0.3)
     assert friction.complying(0.0, -0.3, 0.0, 0) == pytest.approx(
-        -COMPLYING_PART * NEGATIVE - 0.3 * VISCOUS
+        -COMPLYING_FRACTION * NEGATIVE - 0.3 * VISCOUS
     )
 
 
@@ -199,6 +199,6 @@ def test_the_nodes_of_an_arm_count_as_moving_from_a_code_and_a_half() -> None:
             moving = friction.complying(0.0, 2.0 * code, 0.0, 0)
         coulomb = parameters[Parameter.COULOMB_POSITIVE]
         assert moving == pytest.approx(
-            COMPLYING_PART * coulomb + 2.0 * code * parameters[Parameter.VISCOUS]
+            COMPLYING_FRACTION * coulomb + 2.0 * code * parameters[Parameter.VISCOUS]
         )
         assert math.isfinite(moving)

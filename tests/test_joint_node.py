@@ -51,8 +51,8 @@ def test_own_solution_is_the_full_solution_of_the_t6_on_the_wire(
         assert values is not None
         on_wire = Transform.from_o_a_p(values[0:3], values[3:6], values[6:9])
         full = inverse(arm, on_wire, configuration_of(arm, bench.q), bench.q)
-        assert bench.node._trajectory.theta == pytest.approx(full[bench.index], abs=1e-12)
-        assert bench.node._trajectory.theta == pytest.approx(bench.q[bench.index], abs=2e-6)
+        assert bench.controller.trajectory.theta == pytest.approx(full[bench.index], abs=1e-12)
+        assert bench.controller.trajectory.theta == pytest.approx(bench.q[bench.index], abs=2e-6)
         assert error.error == pytest.approx(
             full[bench.index] - bench.angle(bench.q[bench.index] - 0.001), abs=1e-7
         )
@@ -63,7 +63,7 @@ def test_solvers_of_all_joints_agree_where_the_arm_stands(wire: Wire) -> None:
     told = []
     for joint in JOINTS:
         bench = JointBench(wire, joint, arm).enable()
-        told.append(bench.node._trajectory.theta)
+        told.append(bench.controller.trajectory.theta)
     assert direct(arm, told) == pytest.approx(direct(arm, arm.park), abs=1e-6)
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.joint_nodes.friction import PASSAGE_PART, REVERSAL_S
+from rfms_can.joint_nodes.friction import REVERSAL_S, TRANSFER_FRACTION
 from rfms_can.joint_nodes.servo import Servo
 from rfms_can.joint_nodes.stop_ramp import StopRamp
 from rfms_can.master.start_up.node_parameters import joint_parameters
@@ -53,7 +53,9 @@ def torque(
     specification: int = 0,
 ) -> float:
     rows = RowSets(2)
-    rows.first, rows.second, rows.law = tuple(c), tuple(mc), law
+    rows.law = law
+    weighted = law is Law.WEIGHTED  # then c is M, and mc is M C_theta
+    rows.inertia_row, rows.law_row = (tuple(c), tuple(mc)) if weighted else (tuple(mc), tuple(c))
     rows.selection, rows.damping, rows.specification = selection, damping, specification
     return servo.torque(e, v, a, rows, feedforward)
 
@@ -119,7 +121,7 @@ def test_weighted_law_needs_no_gains_of_its_own() -> None:
         m * (900.0 * ei + 2.0 * 0.7 * 30.0 * vi) for m, ei, vi in zip(row, e, v, strict=True)
     )
     assert torque(servo, e=e, v=v, mc=row, law=Law.WEIGHTED) == pytest.approx(wanted)
-    assert servo.integral == 0.0
+    assert servo.state.integral == 0.0
 
 
 # --- integral ----------------------------------------------------------------------------------
@@ -138,16 +140,16 @@ def test_integral_is_of_the_real_error_not_the_joints_own() -> None:
         assert torque(servo, e=own(0.5), c=ZERO, selection=1) == 0.0
     row = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     torque(servo, e=(0.1, 0.5, 0.0, 0.0, 0.0, 0.0), c=row, selection=1)
-    assert servo.integral == pytest.approx(100.0 * 0.1 * T)
+    assert servo.state.integral == pytest.approx(100.0 * 0.1 * T)
 
 
 @pytest.mark.parametrize("error", [1e-3, -1e-3, 0.5e-3])
 def test_integral_leaves_errors_in_the_dead_band_alone(error: float) -> None:
     servo = servo_with(KI=100.0, INTEGRAL_DEADBAND=1e-3)
     torque(servo, e=own(error))
-    assert servo.integral == 0.0
+    assert servo.state.integral == 0.0
     torque(servo, e=own(math.copysign(1.001e-3, error)))
-    assert servo.integral == pytest.approx(math.copysign(100.0 * 1.001e-3 * T, error))
+    assert servo.state.integral == pytest.approx(math.copysign(100.0 * 1.001e-3 * T, error))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -155,9 +157,9 @@ def test_integral_stops_at_its_limit_and_comes_back_at_once(sign: float) -> None
     servo = servo_with(KI=1000.0, INTEGRAL_LIMIT=3.0)
     for _ in range(1000):
         torque(servo, e=own(0.1 * sign))
-    assert servo.integral == 3.0 * sign
+    assert servo.state.integral == 3.0 * sign
     torque(servo, e=own(-0.1 * sign))
-    assert servo.integral == pytest.approx((3.0 - 0.4) * sign)
+    assert servo.state.integral == pytest.approx((3.0 - 0.4) * sign)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -165,23 +167,23 @@ def test_integral_does_not_wind_up_against_the_torque_limit(sign: float) -> None
     servo = servo_with(KP=1000.0, KI=100.0)  # 0.1 rad asks for 100 of 50 Nm
     for _ in range(100):
         assert torque(servo, e=own(0.1 * sign)) == 50.0 * sign
-    assert servo.integral == 0.0
+    assert servo.state.integral == 0.0
     torque(servo, e=own(-0.001 * sign))  # out of saturation it integrates again
-    assert servo.integral == pytest.approx(-100.0 * 0.001 * T * sign)
+    assert servo.state.integral == pytest.approx(-100.0 * 0.001 * T * sign)
 
 
 def test_integral_may_unwind_while_the_torque_is_clamped() -> None:
     servo = servo_with(KI=100.0)
     torque(servo, e=own(0.1), feedforward=-90.0)  # clamped below, error pulls up
-    assert servo.integral == pytest.approx(0.04)
-    assert servo.saturated
+    assert servo.state.integral == pytest.approx(0.04)
+    assert servo.state.saturated
 
 
 def test_reset_forgets_the_integral() -> None:
     servo = servo_with(KI=100.0)
     torque(servo, e=own(0.1))
     servo.reset()
-    assert servo.integral == 0.0
+    assert servo.state.integral == 0.0
 
 
 def test_a_joint_on_its_own_is_the_pid_with_an_identity_row() -> None:
@@ -250,9 +252,9 @@ def test_a_row_that_turns_takes_the_integral_with_it() -> None:
     servo = servo_with(KI=5.0)
     for _ in range(50):
         torque(servo, e=own(0.02), c=UNIT, selection=1)
-    assert servo.integral > 0.0
+    assert servo.state.integral > 0.0
     torque(servo, c=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), selection=2)
-    assert servo.integral == 0.0
+    assert servo.state.integral == 0.0
 
 
 def test_the_weighted_integral_is_that_of_a_pid_on_the_rows_own_inertia() -> None:
@@ -264,7 +266,7 @@ def test_the_weighted_integral_is_that_of_a_pid_on_the_rows_own_inertia() -> Non
         e = (0.0, 0.01 * math.cos(k), 0.0, 0.0, 0.0, 0.0)
         torque(plain, e=e, selection=1)
         torque(weighted, e=e, c=M_ROW, mc=own(d), law=Law.WEIGHTED, selection=1)
-        assert weighted.integral == pytest.approx(plain.integral)
+        assert weighted.state.integral == pytest.approx(plain.state.integral)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -272,9 +274,9 @@ def test_the_integral_of_what_is_blocked_waits_and_comes_back_at_once(sign: floa
     servo = servo_with(KI=2000.0)  # its limit is 10 Nm; complying it may use 3
     for _ in range(1000):
         torque(servo, e=own(0.1 * sign), selection=1)
-    assert servo.integral == pytest.approx(3.0 * sign)
+    assert servo.state.integral == pytest.approx(3.0 * sign)
     torque(servo, e=own(-0.1 * sign), selection=1)
-    assert servo.integral == pytest.approx((3.0 - 0.8) * sign)
+    assert servo.state.integral == pytest.approx((3.0 - 0.8) * sign)
 
 
 def test_rigid_again_only_the_own_integral_is_left() -> None:
@@ -282,12 +284,12 @@ def test_rigid_again_only_the_own_integral_is_left() -> None:
     for _ in range(20):
         torque(servo, e=E, c=(1.0, 1.0, 1.0, 1.0, 1.0, 1.0), selection=1)
     torque(servo, selection=0)
-    assert servo.integral == pytest.approx(20 * 5.0 * T * E[1])
+    assert servo.state.integral == pytest.approx(20 * 5.0 * T * E[1])
     torque(servo, c=(1.0, 0.0, 1.0, 1.0, 1.0, 1.0), selection=1)
-    assert servo.integral == 0.0  # those of the others begin anew
+    assert servo.state.integral == 0.0  # those of the others begin anew
 
 
-# --- passages ----------------------------------------------------------------------------------
+# --- bumpless transfer -------------------------------------------------------------------------
 
 six = st.tuples(*[st.floats(-2.0, 2.0)] * 6)
 
@@ -308,7 +310,7 @@ def test_where_what_complies_changes_torque_goes_over_in_small_steps(
     a: tuple[float, ...],
     law: Law,
 ) -> None:
-    """Any rows after any others, clamped torques too, a change in the middle of a passage too."""
+    """Any rows after any others, clamped torques too, a change in the middle of a transfer too."""
     servo = servo_with(KP=200.0, KD=20.0, NATURAL_FREQUENCY=30.0, DAMPING_RATIO=1.0)
     before = None
     for number, (c, mc, selection, gravity) in enumerate(sets, start=1):
@@ -317,7 +319,7 @@ def test_where_what_complies_changes_torque_goes_over_in_small_steps(
                 servo, e=e, v=v, a=a, c=c, mc=mc, law=law, feedforward=gravity,
                 selection=selection, damping=12.0, specification=number,
             )  # fmt: skip
-            assert before is None or abs(now - before) <= PASSAGE_PART * 50.0 * (1.0 + 1e-9)
+            assert before is None or abs(now - before) <= TRANSFER_FRACTION * 50.0 * (1.0 + 1e-9)
             before = now
     fresh = servo_with(KP=200.0, KD=20.0, NATURAL_FREQUENCY=30.0, DAMPING_RATIO=1.0)
     arrived = torque(
@@ -333,13 +335,13 @@ def test_rows_of_the_same_specification_act_at_once() -> None:
     assert torque(servo, e=own(0.5), c=ZERO, specification=4) == 0.0
 
 
-def test_an_error_that_changes_in_a_passage_acts_at_once() -> None:
+def test_an_error_that_changes_during_a_transfer_acts_at_once() -> None:
     servo = servo_with(KP=20.0)
     torque(servo, e=own(0.5), specification=1)
     first = torque(servo, e=own(0.5), c=ZERO, specification=2)
-    assert first == pytest.approx(10.0 - PASSAGE_PART * 50.0)
+    assert first == pytest.approx(10.0 - TRANSFER_FRACTION * 50.0)
     assert torque(servo, e=own(0.5), feedforward=-4.0, c=ZERO, specification=2) == pytest.approx(
-        10.0 - 2 * PASSAGE_PART * 50.0 - 4.0
+        10.0 - 2 * TRANSFER_FRACTION * 50.0 - 4.0
     )
 
 
@@ -373,9 +375,9 @@ def test_friction_of_a_resting_joint_turns_to_its_error_before_the_integral_wind
         servo.alone(-1e-3, 0.0, 0.0)
     assert codes == sorted(codes, reverse=True)
     assert servo.friction.rigid(0.0) == pytest.approx(-3.0)
-    assert servo.integral == 0.0
+    assert servo.state.integral == 0.0
     servo.alone(-1e-3, 0.0, 0.0)
-    assert servo.integral == pytest.approx(-100.0 * 1e-3 * T)
+    assert servo.state.integral == pytest.approx(-100.0 * 1e-3 * T)
 
 
 def test_friction_of_a_moving_joint_does_not_turn() -> None:
@@ -383,7 +385,7 @@ def test_friction_of_a_moving_joint_does_not_turn() -> None:
     servo.friction.rigid(1.0)
     servo.alone(-1e-3, 0.0, 0.0)
     assert servo.friction.rigid(0.0) == 2.0
-    assert servo.integral < 0.0
+    assert servo.state.integral < 0.0
 
 
 # --- limits and codes --------------------------------------------------------------------------
@@ -394,7 +396,9 @@ def test_torque_never_exceeds_the_limit(error: float, feedforward: float) -> Non
     servo = servo_with(KP=100.0, KI=10.0)
     result = torque(servo, e=own(error), feedforward=feedforward)
     assert -50.0 <= result <= 50.0
-    assert servo.saturated == (abs(result) == 50.0 and abs(100.0 * error + feedforward) > 50.0)
+    assert servo.state.saturated == (
+        abs(result) == 50.0 and abs(100.0 * error + feedforward) > 50.0
+    )
 
 
 @pytest.mark.parametrize("arm", ARMS.values(), ids=lambda arm: arm.name)
@@ -407,7 +411,7 @@ def test_codes_are_the_boards_torques_rounded(arm: Arm, joint: int) -> None:
         assert servo.code(code * scale) == code
         assert servo.code((code + 0.4) * scale) == min(code, 2047)
         assert servo.code((code - 0.4) * scale) == max(code, -2048)
-    up, down = servo.code(servo.torque_limit), servo.code(-servo.torque_limit)
+    up, down = servo.code(servo.config.torque_limit), servo.code(-servo.config.torque_limit)
     assert (up, down) == ((2047, -2048) if scale > 0.0 else (-2048, 2047))
     assert servo.code(1e9 * scale) == 2047
     assert servo.code(-1e9 * scale) == -2048

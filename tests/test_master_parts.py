@@ -10,21 +10,36 @@ from rfms_can.arm import PUMA_260
 from rfms_can.arm.load import NOTHING
 from rfms_can.compliance import ControlLaw, Selection
 from rfms_can.dynamics.model import FULL, make_dynamics
+from rfms_can.errors import ProgramError
 from rfms_can.master.answers import bit
 from rfms_can.master.arm_state import ArmState
+from rfms_can.master.force.control import ForceControl, ForceSettings
 from rfms_can.master.inputs import CycleInputs
+from rfms_can.master.motion import Motion
 from rfms_can.master.phases import Phase, PhaseError, PhaseEvent, PhaseMachine
+from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.compliance import Compliance
 from rfms_can.master.rows.math_processor import MathProcessor
 from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.settings import Clock, MasterSettings
 from rfms_can.master.start_up.node_parameters import parameters_for
+from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
+from rfms_can.messages import (
+    GripperRequest,
+    ModeMessage,
+    MoveRequest,
+    PositionMessage,
+    StopRequest,
+    TareRequest,
+    TransformMessage,
+)
 from rfms_can.transform import Transform
 from rfms_can.wire.contract import NO_SET, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER
 from rfms_can.wire.records import Dac, Force, JointError, Measure
+from rfms_can.wire.vocabulary import Blend, GripperCommand
 
 PERIOD_NS = 4_000_000
 BARRIER_NS = 2_000_000_000
@@ -75,7 +90,7 @@ def test_a_stopped_timer_begins_nothing_but_sends_what_is_urgent(clock: Clock) -
     assert cycles.deadline_ns is cycles.due(10 * BARRIER_NS) is None
     cycles.send_now()
     assert cycles.deadline_ns == 0
-    assert [cycles.sent(), cycles.sent()] == [True, False]
+    assert [cycles.take_urgent(), cycles.take_urgent()] == [True, False]
     assert cycles.deadline_ns is None
 
 
@@ -305,3 +320,97 @@ def test_two_masters_share_nothing(wire: Wire) -> None:
     assert (other.fault, other.phase) == (None, Phase.RUN)
     assert one.number == MASTER
     assert replace(one.settings) == other.settings
+
+
+# --- requests of programs ---------------------------------------------------------------------
+
+
+class Requests:
+    """Requests on parts that nothing drives."""
+
+    def __init__(self, wire: Wire, *, sensor: bool = False) -> None:
+        self.machine = run_machine()
+        gains = (1.0,) * 6
+        settings = ForceSettings(ControlLaw.WEIGHTED, closed=False, friction="none", Kp=gains)
+        force = ForceControl(PUMA_260, settings, 0.004)
+        self.motion = Motion(PUMA_260, 0.004, Blend.CONTINUOUS, force.refusal)
+        self.motion.enable(PUMA_260.park)
+        self.force, self.stillness = force, Stillness(PUMA_260)
+        self.requests = ProgramRequests(
+            *(self.machine, self.motion, force, self.stillness, row_sets(wire)), sensor=sensor
+        )
+
+    def rest(self) -> None:
+        """Long enough that the arm stands still."""
+        state = ArmState(parameters_for(PUMA_260, MasterSettings()))
+        for _ in range(STILL_CYCLES + 1):
+            self.stillness.watch(state)
+
+
+def test_a_gripper_command_waits_for_the_end_of_the_cycle(wire: Wire) -> None:
+    bench = Requests(wire)
+    bench.rest()
+    assert bench.stillness.jaw
+    bench.requests.handle(GripperRequest(True, 0.333))
+    assert bench.requests.gripper == (GripperCommand.OPEN, 33.5)
+    assert not bench.stillness.jaw
+
+
+def test_a_halted_arm_takes_no_requests(wire: Wire) -> None:
+    bench = Requests(wire)
+    bench.machine.latch("broken")
+    with pytest.raises(ProgramError, match=r"not enabled \(phase HALT\)"):
+        bench.requests.handle(GripperRequest(True, 1.0))
+    assert bench.requests.gripper == (GripperCommand.HOLD, 0.0)
+
+
+def test_a_tare_needs_a_sensor_and_rest(wire: Wire) -> None:
+    with pytest.raises(ProgramError, match="no wrist sensor"):
+        Requests(wire).requests.handle(TareRequest())
+    bench = Requests(wire, sensor=True)
+    with pytest.raises(ProgramError, match="the arm moves"):
+        bench.requests.handle(TareRequest())
+    bench.rest()
+    bench.requests.handle(TareRequest())
+    assert bench.force.wrench_estimate.taring
+
+
+# --- force control, handed its set ------------------------------------------------------------
+
+
+def test_a_wrench_is_estimated_with_the_set_that_was_handed_over(wire: Wire) -> None:
+    """At rest the motors exert J^T f + g of that set, whatever was computed since."""
+    bench, sets = Requests(wire), row_sets(wire)
+    send(sets)
+    model, wrench = sets.newest, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0)
+    sets.send((0.1,) * 6, RIGIDLY, NOTHING, [])
+    torques = (model.J.T @ wrench + model.gravity).tolist()
+    for _ in range(300):
+        bench.force.sense(None, torques, bench.motion.commanded, PUMA_260.park, model, True)
+    assert bench.force.wrench_estimate.wrench == pytest.approx(wrench, abs=1e-6)
+
+
+def test_an_arm_that_has_stopped_keeps_its_force_request_and_one_that_is_enabled_has_none(
+    wire: Wire,
+) -> None:
+    motion = Requests(wire).motion
+    here = motion.generator.tick().T6_1
+    for message in (
+        TransformMessage("there", here @ Transform.translation(0.0, 0.0, 0.03)),
+        PositionMessage("there", ["t6"], ["there"]),
+        ModeMessage("slow", "cartesian", 0.1, 1.0, comply={"fz": 0.0}),
+        MoveRequest("there", "slow"),
+    ):
+        motion.handle(message)
+    for _ in range(100):
+        motion.next_setpoint()
+    request = motion.force_request
+    assert request is not None and request.specification.selection.word == "fz"
+    motion.handle(StopRequest())
+    for _ in range(150):
+        motion.next_setpoint()
+    assert motion.at_rest
+    assert motion.force_request is request
+    motion.generator.disable()
+    motion.enable(PUMA_260.park)
+    assert motion.force_request is None

@@ -20,6 +20,7 @@ from rfms_can.master.start_up.node_parameters import parameters_for
 from rfms_can.rig.settings import RunSettings
 from rfms_can.transform import Transform
 from rfms_can.wire.contract import Wire
+from rfms_can.wire.records import Rows
 from rfms_can.wire.vocabulary import Parameter
 
 WORD = "fx fy rx ry"
@@ -86,8 +87,8 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
         torques = []
         for joint, values in enumerate(sets.newest.values, start=1):
             rows = RowSets(joint)
-            rows.first, rows.second, rows.law = values[:6], values[6:12], int(values[14])
-            rows.damping, rows.selection = values[15], int(values[16])
+            rows.receive(Rows._make(values))
+            assert rows.activate(sets.newest.number)
             servo = Servo({**parameters[joint], Parameter.KI: 0.0}, joint)
             torques.append(servo.torque(e.tolist(), v.tolist(), (0.0,) * 6, rows, 0.0))
         wanted = loop.stiffness @ e + loop.damping @ v

@@ -1,16 +1,18 @@
 """Draw the state tables of nodes, master and trajectory generator into docs/states.md (mermaid)."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from enum import Enum
 from typing import TypeVar
 
 from generated import main, table
 
+from rfms_can.joint_nodes.duties import ROWS, Duty
 from rfms_can.joint_nodes.ladder import LADDERS, Reaction
 from rfms_can.joint_nodes.states import TRANSITIONS as NODE
 from rfms_can.master.phases import BUS_STATES, PHASES
 from rfms_can.master.trajectory.states import ON_THE_WIRE
 from rfms_can.master.trajectory.states import TRANSITIONS as GENERATOR
+from rfms_can.wire.vocabulary import NodeState
 
 State = TypeVar("State", bound=Enum)
 Event = TypeVar("Event", bound=Enum)
@@ -43,14 +45,51 @@ def ladders() -> str:
     return table(columns, rows)
 
 
+def some(chosen: Collection[Enum], members: Collection[Enum]) -> str:
+    """Some members of an enumeration, by the shorter of what they are and what they are not."""
+    if len(chosen) == len(members):
+        return "any"
+    if 2 * len(chosen) <= len(members):
+        return ", ".join(member.name for member in chosen)
+    return "not " + ", ".join(member.name for member in members if member not in chosen)
+
+
+def missed(duty: Duty) -> str:
+    """What is missed at the next SYNC: after a cycle that owes a DAC, and after any other."""
+    without = ["no DAC: MEASURE, else SETPOINT, else ERROR"] * duty.owes_dac
+    return "; ".join([*without, *["no SETPOINT_1: SETPOINT"] * duty.expects_setpoint])
+
+
+def duties() -> str:
+    """A table of what a joint does where its state, its reaction and SYNC's state meet."""
+    columns = (
+        *("state", "reaction", "SYNC", "torque", "sends"),
+        *("missed at the next SYNC", "watches", "MEASURE of"),
+    )
+    rows = []
+    for state, reactions, bus_states, duty in ROWS:
+        watches = ["encoder"] * duty.bridges_encoder + ["range"] * duty.watches_range
+        rows.append(
+            (
+                *(state.name, some(reactions, tuple(Reaction)), some(bus_states, tuple(NodeState))),
+                *(duty.torque.name, ", ".join(duty.sends), missed(duty), ", ".join(watches)),
+                "any cycle" if duty.any_sample else "this cycle",
+            )
+        )
+    return table(columns, rows)
+
+
 def render() -> str:
-    """The three diagrams, each under its heading, and the safety ladder."""
+    """The three diagrams, each under its heading, the safety ladder, and a joint's duties."""
     return "\n\n".join(
         [
             "## A node (`rfms_can/joint_nodes/states.py`)",
             diagram(NODE),
             "The safety ladder: after how many cycles in a row a fault leads to which reaction.",
             ladders(),
+            "What a joint does (`rfms_can/joint_nodes/duties.py`), by its state, its reaction and "
+            "the state in SYNC.",
+            duties(),
             "## The master (`rfms_can/master/phases.py`)",
             diagram(PHASES),
             names("phase", "state in SYNC", BUS_STATES),

@@ -1,6 +1,6 @@
 """The plots of a recorded run: an overview, one sheet for each quantity, one for each joint."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -16,7 +16,7 @@ from rfms_can.analysis.canvas import (
     Sheet,
 )
 from rfms_can.analysis.cycles import Floats
-from rfms_can.analysis.recording import Recording
+from rfms_can.analysis.recording import Recording, TorqueTerms
 from rfms_can.arm import JOINT_COUNT
 
 PAGE: Final = (11.0, 7.8)
@@ -99,6 +99,31 @@ QUANTITIES: Final = (
 """All that is drawn joint by joint."""
 
 
+TERM_COLORS: Final = {
+    "gravity": "#7a5aa6",
+    "inertia": "#2f8f5b",
+    "friction": "#e07b27",
+    "proportional": "#1f5f99",
+    "derivative": "#b83a4b",
+    "integral": "#7c6a58",
+    "dither": "#4fb3bf",
+    "bias": "#c2185b",
+    "compliant_damping": "#8a9a2b",
+    "transfer": "#5c6bc0",
+    "saturation": LIMIT,
+}
+"""The terms of a joint's torque, in the order they are drawn."""
+
+TERM_PANELS: Final = (
+    ("Torque, and what of it is feedforward", ("gravity", "inertia", "friction")),
+    ("Feedback", ("proportional", "derivative", "integral")),
+    (
+        "Force control, transfers and limits",
+        ("dither", "bias", "compliant_damping", "transfer", "saturation"),
+    ),
+)
+
+
 def describe(recording: Recording) -> str:
     """Which run, in one line."""
     cycles = len(recording.log.cycle)
@@ -124,11 +149,16 @@ def draw_run(recording: Recording, out: Path, suffix: str) -> Iterator[Path]:
     for quantity in QUANTITIES:
         yield quantity_sheet(recording, quantity).save(out / f"{quantity.name}.{suffix}")
     yield bus_sheet(recording).save(out / f"bus_load.{suffix}")
+    if recording.terms is not None:
+        yield terms_sheet(recording, recording.terms).save(out / f"terms.{suffix}")
 
 
-def draw_joint(recording: Recording, joint: int, out: Path, suffix: str) -> Path:
-    """All quantities of one joint (1 to 6) on one sheet."""
-    return joint_sheet(recording, joint).save(out / f"joint_{joint}.{suffix}")
+def draw_joint(recording: Recording, joint: int, out: Path, suffix: str) -> Iterator[Path]:
+    """All quantities of one joint (1 to 6) on one sheet, and its torque's terms on another."""
+    yield joint_sheet(recording, joint).save(out / f"joint_{joint}.{suffix}")
+    if recording.terms is not None:
+        sheet = joint_terms_sheet(recording, recording.terms[joint - 1], joint)
+        yield sheet.save(out / f"joint_{joint}_terms.{suffix}")
 
 
 def overview(recording: Recording) -> Sheet:
@@ -184,6 +214,65 @@ def joint_sheet(recording: Recording, joint: int) -> Sheet:
     keys = ("commanded", "measured", "gravity", "limit")
     sheet.legend([handles[key] for key in keys], ("commanded", "measured, driven", *keys[2:]))
     return sheet
+
+
+def terms_sheet(recording: Recording, terms: Sequence[TorqueTerms]) -> Sheet:
+    """What the torques of all six joints were made of; terms that never acted are left out."""
+    acted = [name for name in TERM_COLORS if any(joint.terms[name].any() for joint in terms)]
+    sheet = Sheet("What the joint torques are made of", describe(recording), (3, 2), PAGE)
+    handles: dict[str, Any] = {}
+    for index, joint in enumerate(terms):
+        axes = sheet.title_panel(index, f"joint {index + 1}", "Nm")
+        handles.update(_draw_terms(axes, recording, joint, acted, torque=True))
+    sheet.legend_below(list(handles.values()), [name.replace("_", " ") for name in handles], 8)
+    return sheet
+
+
+def joint_terms_sheet(recording: Recording, terms: TorqueTerms, joint: int) -> Sheet:
+    """What the torque of one joint (1 to 6) was made of, over time: feedforward, feedback, rest."""
+    panels = [
+        (title, [name for name in names if terms.terms[name].any()]) for title, names in TERM_PANELS
+    ]
+    panels[1:] = [panel for panel in panels[1:] if panel[1]]
+    heights = (1.6, 1.0, 1.0)[: len(panels)]
+    sheet = Sheet(
+        f"Joint {joint}: what its torque is made of",
+        describe(recording),
+        (len(panels), 1),
+        (11.0, 1.2 + 2.0 * sum(heights)),
+        heights,
+    )
+    for index, (title, names) in enumerate(panels):
+        axes = sheet.title_panel(index, title, "Nm")
+        lines = _draw_terms(axes, recording, terms, names, torque=index == 0)
+        axes.legend(
+            list(lines.values()),
+            [name.replace("_", " ") for name in lines],
+            loc="lower right",
+            bbox_to_anchor=(1.0, 1.0),
+            ncols=len(lines),
+            frameon=False,
+            fontsize=9,
+            labelcolor=INK,
+            borderaxespad=0.0,
+        )
+    return sheet
+
+
+def _draw_terms(
+    axes: Any, recording: Recording, terms: TorqueTerms, names: Sequence[str], *, torque: bool
+) -> dict[str, Any]:
+    """Some terms of one joint, on their sum if asked for; returns the lines by name."""
+    time = terms.cycle * recording.period_s
+    lines: dict[str, Any] = {}
+    if torque:
+        (lines["torque"],) = axes.plot(time, terms.torque, color=FAINT, linewidth=4.0, alpha=0.45)
+    for name in names:
+        look = {"linewidth": 0.9}
+        if name == "dither":  # a square wave of a few cycles: behind everything else
+            look = {"linewidth": 0.5, "alpha": 0.6, "zorder": 1.5}
+        (lines[name],) = axes.plot(time, terms.terms[name], color=TERM_COLORS[name], **look)
+    return lines
 
 
 def bus_sheet(recording: Recording) -> Sheet:

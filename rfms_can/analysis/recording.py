@@ -1,5 +1,6 @@
 """A recorded run, read back: what ``rfms run --record DIR`` wrote, as arrays in SI units."""
 
+import zipfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,9 @@ from rfms_can.bus.budget import Cycle, contract_streams
 from rfms_can.bus.schedule import load
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import RfmsError
+from rfms_can.joint_nodes.servo import ServoTerms
 from rfms_can.rig.candump import read_candump
+from rfms_can.rig.terms import NAMES, TERMS, joint_key
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import HEARTBEAT_EVERY
 
@@ -64,6 +67,25 @@ class Summary(msgspec.Struct):
 
 
 @dataclass(frozen=True, eq=False)
+class TorqueTerms:
+    """What the torques of one joint were made of.
+
+    Attributes:
+        cycle: of each torque, since enable (N).
+        terms: Nm, by name of the term (N each); they add up to the torque.
+    """
+
+    cycle: Floats
+    terms: dict[str, Floats]
+
+    @property
+    def torque(self) -> Floats:
+        """Their sum, Nm (N)."""
+        total: Floats = np.sum(list(self.terms.values()), axis=0, dtype=np.float64)
+        return total
+
+
+@dataclass(frozen=True, eq=False)
 class Recording:
     """One run, from the enabling of the arm to its disabling.
 
@@ -76,6 +98,7 @@ class Recording:
         summary: the run's own numbers.
         bus_bound: worst-case load of a cycle, part of the bus time.
         zero_counts, counts_per_radian: of the encoders (6).
+        terms: of each joint's torques, if they were recorded.
     """
 
     directory: Path
@@ -87,6 +110,7 @@ class Recording:
     bus_bound: float
     zero_counts: Floats
     counts_per_radian: Floats
+    terms: "tuple[TorqueTerms, ...] | None" = None
 
     @cached_property
     def time(self) -> Floats:
@@ -180,6 +204,7 @@ def load_recording(directory: Path, wire: Wire | None = None) -> Recording:
         bus_bound=summary.bus_bound or _bound(settings.rate, timing),
         zero_counts=np.array(about.zero_counts, dtype=np.float64),
         counts_per_radian=np.array(about.counts_per_radian),
+        terms=_read_terms(directory / TERMS),
     )
 
 
@@ -232,6 +257,23 @@ def _read_commanded(path: Path) -> Floats:
     if table.shape[1] != 1 + JOINT_COUNT or not np.array_equal(table[:, 0], np.arange(len(table))):
         raise RecordingError(f"{path}: rows must be cycle,q1,...,q6 with cycles 0, 1, 2, ...")
     return np.ascontiguousarray(table[:, 1:])
+
+
+def _read_terms(path: Path) -> tuple[TorqueTerms, ...] | None:
+    """``terms.npz``, or None where no terms were recorded."""
+    if not path.exists():
+        return None
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            names = [str(name) for name in file[NAMES]]
+            tables = [file[joint_key(joint + 1)] for joint in range(JOINT_COUNT)]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise RecordingError(f"{path}: {error}; record it again with rfms run --terms") from error
+    if names != list(ServoTerms._fields) or any(t.shape[1:] != (1 + len(names),) for t in tables):
+        raise RecordingError(f"{path}: terms of another version; record it with this one")
+    return tuple(
+        TorqueTerms(table[:, 0], dict(zip(names, table[:, 1:].T, strict=True))) for table in tables
+    )
 
 
 def _bound(rate_hz: float, timing: BusTiming) -> float:

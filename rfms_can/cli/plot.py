@@ -71,6 +71,8 @@ def plot(
 ) -> None:
     """Draw a recorded run: position, velocity, acceleration, jerk, error, torque, bus load.
 
+        What the joint torques are made of is drawn too, where rfms run --terms has recorded it.
+
     thesis needs a run of examples/figures.py, or any that makes one motion in joint mode, again
     with a longer acceleration time, and in Cartesian mode.
     """
@@ -104,7 +106,7 @@ def _draw(
         if joint is None:
             written += draw_run(recording, out, suffix)
         for number in content.joints if joint is None else (joint,):
-            written.append(draw_joint(recording, number, out, suffix))
+            written += draw_joint(recording, number, out, suffix)
     if content.thesis:
         written += draw_thesis(recording, joint or 1, out, suffix)
     return written

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 FifoOption = Annotated[int | None, typer.Option("--fifo", help="SCHED_FIFO priority, 1 to 99")]
 CpuOption = Annotated[int | None, typer.Option("--cpu", help="run the master on this CPU alone")]
+TermsOption = Annotated[
+    bool,
+    typer.Option("--terms", help="record the terms of each joint torque (bus sim, with --record)"),
+]
 LockOption = Annotated[bool, typer.Option("--mlockall", help="lock the master's memory")]
 
 
@@ -31,6 +35,7 @@ def run(
         bool, typer.Option("--attach", help="the other nodes are on the bus already")
     ] = False,
     record: RecordOption = None,
+    terms: TermsOption = False,
     fifo: FifoOption = None,
     cpu: CpuOption = None,
     mlockall: LockOption = False,
@@ -41,6 +46,7 @@ def run(
         program,
         settings,
         record=record,
+        terms=terms,
         attach=attach,
         as_json=as_json,
         watch=lambda _: set_real_time(fifo, cpu, mlockall),
@@ -52,6 +58,7 @@ def run_program(
     settings: RunSettings,
     *,
     record: Path | None = None,
+    terms: bool = False,
     attach: bool = False,
     as_json: bool = False,
     watch: Callable[["Rig"], None] | None = None,
@@ -77,6 +84,7 @@ def run_program(
                     attach=attach,
                     watch=watch,
                     interrupted=interrupt,
+                    terms=terms,
                 )
         except KeyboardInterrupt:
             name = (interrupt.signal or signal.SIGINT).name

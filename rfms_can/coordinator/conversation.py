@@ -18,7 +18,7 @@ RETRY_S: Final = 0.5
 RENEWALS: Final = 3
 """Renewals of a lease within its duration."""
 UNREAD: Final = 0
-"""Serial number of the reply to an undecodable request; requests count from 1."""
+"""Serial number of the reply to a request the server could not decode; requests count from 1."""
 REALTIME: Final = "realtime"
 CLOCK_DRIFT: Final = 1e-3
 """Largest assumed drift of the server's clock against ours, s/s."""
@@ -110,7 +110,7 @@ class Conversation:
 
         Raises:
             LinkError: it is not a valid reply.
-            RfmsError: the server could not decode a request.
+            RfmsError: it answers no request: the server could not decode what it was sent.
         """
         reply = self._decoded(_replies, data)
         self._note(reply.status, now)
@@ -119,7 +119,7 @@ class Conversation:
         return reply
 
     def hear(self, data: bytes, now: float) -> None:
-        """Decode a broadcast status; arguments as with :meth:`read`.
+        """Take a broadcast status; arguments as with :meth:`read`.
 
         Raises:
             LinkError: it is not a valid status.

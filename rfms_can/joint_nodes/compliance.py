@@ -1,10 +1,10 @@
-"""The row a joint works with: received with its set, active at the SYNC that names the set.
+"""The rows a joint works with: received with their set, active at the SYNC that names the set.
 
 Row n of C_theta turns the six joint errors into the real error of joint n (Eq. 5.10); under the
-inertia-weighted law row n of M C_theta makes its torque of them. The master names a set only when
-all six frames of it have gone out, and CAN delivers a frame to everyone or to no one: so either all
-nodes swap or none does, and each needs to hear its own row alone. A set that has not arrived never
-acts.
+inertia-weighted law, row n of M C_theta makes its torque of them. The master names a set only after
+all six frames of it have gone out, and CAN delivers a frame to all nodes or to none: so either all
+nodes change over or none does, and each needs to receive its own rows alone. A set that has not
+arrived never acts.
 """
 
 from typing import Final
@@ -15,44 +15,45 @@ from rfms_can.wire.records import Rows
 from rfms_can.wire.vocabulary import Law
 
 _UNIT_ROWS: Final = tuple(tuple(float(i == j) for j in JOINTS) for i in JOINTS)
-_NO_ROW: Final = (0.0,) * len(JOINTS)
+_ZERO_ROW: Final = (0.0,) * len(JOINTS)
 
 
 class RowSets:
-    """The active row of one joint, and the one that is arriving.
+    """The active rows of one joint, and the set that is arriving.
 
     Attributes:
-        first: row of C_theta, 6 floats; under the weighted law of M, kg m2.
-        second: row of M, kg m2, 6 floats; under the weighted law of M C_theta.
+        law_row: what the law multiplies the errors by, 6 floats: row of C_theta; of M C_theta
+            (kg m2) under the weighted law.
+        inertia_row: what multiplies the desired accelerations: row of M, kg m2, 6 floats.
         gravity: holding torque, Nm.
         law: ``Law`` of the active set.
         damping: mu of the compliant directions, 1/s.
         selection: bits of the directions that comply; 0 while the arm is rigid.
         specification: counts the changes of what complies.
-        number: set number, ``NO_SET`` before the first swap.
+        number: set number, ``NO_SET`` before the first set acts.
     """
 
     __slots__ = (
         "_arrived",
-        "_joint",
+        "_index",
         "damping",
-        "first",
         "gravity",
+        "inertia_row",
         "law",
+        "law_row",
         "number",
-        "second",
         "selection",
         "specification",
     )
 
     def __init__(self, joint: int) -> None:
-        self._joint = joint
+        self._index = joint - 1
         self.clear()
 
     def clear(self) -> None:
         """Forget all rows: identity compliance, no inertia, no gravity."""
-        self.first: tuple[float, ...] = _UNIT_ROWS[self._joint - 1]
-        self.second: tuple[float, ...] = _NO_ROW
+        self.law_row: tuple[float, ...] = _UNIT_ROWS[self._index]
+        self.inertia_row: tuple[float, ...] = _ZERO_ROW
         self.gravity = 0.0
         self.law: int = Law.PID
         self.damping = 0.0
@@ -61,12 +62,12 @@ class RowSets:
         self.number = NO_SET
         self._arrived: Rows | None = None
 
-    def hear(self, rows: Rows) -> None:
-        """This joint's row of a set came in."""
+    def receive(self, rows: Rows) -> None:
+        """Keep this joint's rows of a set until SYNC names it."""
         self._arrived = rows
 
-    def swap(self, number: int) -> bool:
-        """SYNC names set ``number``: use its row if it is here, keep the old one if not.
+    def activate(self, number: int) -> bool:
+        """SYNC names set ``number``: use its rows if they are here, keep the old ones if not.
 
         Returns:
             Whether the named set is active now.
@@ -76,8 +77,9 @@ class RowSets:
         rows = self._arrived
         if rows is None or rows.set != number:
             return False
-        self.first = rows[0:6]
-        self.second = rows[6:12]
+        c, mc = rows[0:6], rows[6:12]
+        # the one place that knows: under the weighted law the signals c_1..6 carry M
+        self.law_row, self.inertia_row = (mc, c) if rows.law == Law.WEIGHTED else (c, mc)
         self.gravity = rows.gravity
         self.law = rows.law
         self.damping = rows.damping
@@ -87,6 +89,6 @@ class RowSets:
         return True
 
     @property
-    def inertia(self) -> float:
+    def own_inertia(self) -> float:
         """The joint's own element of M, kg m2."""
-        return (self.first if self.law == Law.WEIGHTED else self.second)[self._joint - 1]
+        return self.inertia_row[self._index]

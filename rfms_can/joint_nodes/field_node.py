@@ -1,12 +1,13 @@
-"""What all nodes of the field bus share: boot, configuration, SYNC watchdog, heartbeat, faults.
+"""The bus life of a node: boot, NMT, configuration, heartbeat, SYNC watchdog, ladder, faults.
 
 A node never raises on what the bus sends it: frames are discarded and counted, commands that the
-state table does not have are ignored and counted.
+state table does not have are ignored and counted. What a node does with its board is its
+controller's, which exists as a whole from COMMIT on, or not at all.
 """
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final, Protocol
 
 from rfms_can.joint_nodes.ladder import Ladder, Reaction
 from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
@@ -27,26 +28,61 @@ from rfms_can.wire.vocabulary import (
 
 EVERYONE: Final = 0
 _STATES: Final = tuple(NodeState)
+_SYNC_MISSING: Final = FaultCode.SYNC_MISSING
 _PARAMETERS: Final = frozenset(Parameter)
 _DRIVING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
 
 
+Parameters = Mapping[Parameter, float]
+"""The configuration of a node, by parameter."""
+
+
+class Controller(Protocol):
+    """What a configured node does with its board, as far as the bus life has to tell it."""
+
+    def enter(self, state: NodeState) -> None:
+        """The node's state has changed to ``state``."""
+
+    def begin_cycle(self, sync: Sync) -> None:
+        """A SYNC came: the cycle before is over, a new one begins."""
+
+    def lose_cycle(self) -> None:
+        """A SYNC did not come."""
+
+
 class FieldNode(Endpoint):
-    """Base of joint and gripper nodes: everything but the control law.
+    """A joint or gripper node as the bus sees it.
 
     Args:
         number: node number, 1 to 6 joints, 7 gripper.
         wire, boot_id: see ``Endpoint``.
         watch_ns: time between two SYNCs, ns: the control period, or the barrier in lockstep.
+        build: makes the controller of a whole configuration; None to refuse it.
+        drop_torque: called once when the reaction to a fault is to switch the torque off.
 
     Attributes:
         state: node state.
         cycle: number of the cycle under way.
         bus_state: state the master runs the bus in, by the last SYNC.
+        reaction: to the faults so far; the higher, the harder.
         faults: faults detected since start, by code.
+        parameters: the configuration as far as it has come in.
+        config_hash: of the configuration in force; 0 without one.
+        controller: what drives the board; None without a configuration.
+        ladder: counts the cycles in a row with each fault.
     """
 
-    def __init__(self, number: int, wire: Wire, boot_id: int, watch_ns: int) -> None:
+    controller: Controller | None
+
+    def __init__(
+        self,
+        number: int,
+        wire: Wire,
+        boot_id: int,
+        watch_ns: int,
+        build: Callable[[Parameters], Controller | None],
+        drop_torque: Callable[[], None],
+    ) -> None:
         super().__init__(number, wire, boot_id)
         self.state = NodeState.INIT
         self.cycle = -1
@@ -55,13 +91,16 @@ class FieldNode(Endpoint):
         self.reaction = Reaction.NONE
         self.parameters: dict[Parameter, float] = {}
         self.config_hash = 0
-        self._ladder = Ladder()
+        self.controller = None
+        self.ladder = Ladder()
+        self._build = build
+        self._drop_torque = drop_torque
         self._deadline_ns: int | None = 0
         self._watch_ns = watch_ns
         self._emcy = self._sends(Emcy, number)
         self._ack = self._sends(ConfigAck, number)
         self._hears(Estop, None, self._on_estop)
-        self._hears(Nmt, None, self._on_command, ordered=False)  # a master may start anew
+        self._hears(Nmt, None, self._on_command, ordered=False)  # a master may start over
         self._hears(Sync, None, self._on_sync)
         self._hears(Config, number, self._on_config)
 
@@ -74,56 +113,53 @@ class FieldNode(Endpoint):
         self._now_ns = now_ns
         if self.state is NodeState.INIT:
             self._deadline_ns = None
-            self._change(Event.BOOT)
+            self.change(Event.BOOT)
             self._announce()
         else:
             self._deadline_ns += self._watch_ns
-            self._miss(FaultCode.SYNC_MISSING)
-            self._without_sync()
+            self.miss(FaultCode.SYNC_MISSING)
+            if self.controller is not None:
+                self.controller.lose_cycle()
         return self._flush()
 
     def next_deadline_ns(self) -> int | None:
         """When the next SYNC is overdue."""
         return self._deadline_ns
 
-    # --- for the nodes built on this ----------------------------------------------------------
+    # --- for the controller -------------------------------------------------------------------
 
-    def _configured(self) -> bool:
-        """A whole configuration has come in: build what depends on it; False to refuse it."""
-        raise NotImplementedError
+    def send(self, frame: Frame) -> None:
+        """Put a frame on the bus."""
+        self._out.append(frame)
 
-    def _begin_cycle(self, sync: Sync) -> None:
-        """A SYNC came: the cycle before is over, a new one begins."""
-        raise NotImplementedError
+    def change(self, event: Event) -> None:
+        """A transition of our own.
 
-    def _without_sync(self) -> None:
-        """A SYNC did not come."""
-
-    def _entered(self, state: NodeState) -> None:
-        """The state changed."""
-
-    def _change(self, event: Event) -> None:
-        """A transition of our own; raises if the table has none."""
+        Raises:
+            TransitionError: the table has none.
+        """
         before, self.state = self.state, enter(self.state, event, self.name)
-        if self.state is not before:
-            self._entered(self.state)
+        if self.state is not before and self.controller is not None:
+            self.controller.enter(self.state)
 
-    def _miss(self, fault: FaultCode, value: float = 0.0) -> None:
+    def miss(self, fault: FaultCode, value: float = 0.0) -> None:
         """One more cycle with a fault: climb the ladder and do what it says."""
         if self.state in _DRIVING or self.reaction is Reaction.DAMP:
-            self._react(self._ladder.miss(fault), fault, value)
+            self.react(self.ladder.miss(fault), fault, value)
 
-    def _react(self, reaction: Reaction, fault: FaultCode, value: float) -> None:
+    def react(self, reaction: Reaction, fault: FaultCode, value: float) -> None:
         """Go at least as far up the ladder as ``reaction``."""
         self.faults[fault] += 1
         if reaction <= Reaction.HOLD or reaction <= self.reaction:
             return
         self.reaction = reaction
         stops = reaction is Reaction.STOP
-        self._change(Event.QUICKSTOP if stops else Event.FAULT)
-        self._out.append(
+        self.change(Event.QUICKSTOP if stops else Event.FAULT)
+        self.send(
             self._emcy.frame(fault, self.register, max(-1e9, min(1e9, value)), self.cycle & 0xFF)
         )
+        if reaction is Reaction.OFF:
+            self._drop_torque()
 
     @property
     def register(self) -> int:
@@ -139,21 +175,22 @@ class FieldNode(Endpoint):
         if sync.dbc_hash != self.wire.dbc_hash:
             self._refuse_database(sync)
             return
-        self._ladder.clear(FaultCode.SYNC_MISSING)
+        self.ladder.clear(_SYNC_MISSING)
         self.cycle = sync.cycle
         self.bus_state = _STATES[sync.state]
         if self.config_hash:
             self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
             self._announce()
-        self._begin_cycle(sync)
+        if self.controller is not None:
+            self.controller.begin_cycle(sync)
 
     def _refuse_database(self, sync: Sync) -> None:
         """The master runs another DBC: nothing it sends can be trusted."""
         if self.faults[FaultCode.DBC_MISMATCH] or self.state is NodeState.INIT:
             self.ignored["SYNC with another DBC"] += 1
         else:
-            self._react(Reaction.OFF, FaultCode.DBC_MISMATCH, float(sync.dbc_hash))
+            self.react(Reaction.OFF, FaultCode.DBC_MISMATCH, float(sync.dbc_hash))
 
     def _on_command(self, nmt: Nmt) -> None:
         if nmt.node not in (EVERYONE, self.number):
@@ -181,17 +218,17 @@ class FieldNode(Endpoint):
             self._restart_counters()
         elif event is Event.RESET:
             self._hear_anew()
-        self._change(event)
+        self.change(event)
 
     def _forget_faults(self) -> None:
-        """START and RESET begin a new life: what went wrong before is history."""
+        """START and RESET begin with a clean record: no faults, no reaction."""
         self.reaction = Reaction.NONE
-        self._ladder.reset()
+        self.ladder.reset()
         self.faults.clear()
 
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES and self.state is not NodeState.INIT:
-            self._react(Reaction.OFF, FaultCode.EMERGENCY_STOP, 0.0)
+            self.react(Reaction.OFF, FaultCode.EMERGENCY_STOP, 0.0)
 
     def _on_config(self, config: Config) -> None:
         status, digest = ConfigStatus.TAKEN, 0
@@ -200,16 +237,17 @@ class FieldNode(Endpoint):
         elif config.parameter == Parameter.COMMIT:
             digest = configuration_hash(self.parameters)
             whole = len(self.parameters) == config.total and digest == config.hash
-            if whole and self._configured():
-                self.config_hash = digest
-            else:
+            controller = self._build(self.parameters) if whole else None
+            if controller is None:
                 status = ConfigStatus.WRONG_HASH
+            else:
+                self.controller, self.config_hash = controller, digest
         elif config.parameter in _PARAMETERS:
-            self.config_hash = 0
+            self.controller, self.config_hash = None, 0
             self.parameters[Parameter(config.parameter)] = config.value
         else:
             status = ConfigStatus.UNKNOWN
-        self._out.append(self._ack.frame(config.parameter, status, config.value, digest))
+        self.send(self._ack.frame(config.parameter, status, config.value, digest))
 
     def _announce(self) -> None:
         self._beat(self.state, self.register, self.config_hash)

@@ -6,101 +6,163 @@ the master commands until it rests against a stop or a part. It answers every cy
 
 from typing import Final
 
-from rfms_can.joint_nodes.field_node import FieldNode
+from rfms_can.joint_nodes.field_node import FieldNode, Parameters
 from rfms_can.joint_nodes.ladder import Reaction
+from rfms_can.joint_nodes.servo import DAC_MAX, DAC_MIN
 from rfms_can.joint_nodes.states import Event
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import GRIPPER
+from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Dac, Gripper, Measure, Sync
 from rfms_can.wire.vocabulary import FaultCode, GripperCommand, NodeState, Parameter
 
 AT_REST_CYCLES: Final = 10
-HOMING_PART: Final = 0.25
-"""Part of the full force the jaw opens with while homing."""
+HOMING_FRACTION: Final = 0.25
+"""Fraction of the full force the jaw opens with while homing."""
+_POSITIVE: Final = (
+    *(Parameter.PERIOD, Parameter.TORQUE_LIMIT, Parameter.TORQUE_PER_CODE),
+    *(Parameter.COUNTS_PER_UNIT, Parameter.POSITION_MAX),
+)
+_CYCLING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL))
 
 
-class GripperNode(FieldNode):
-    """Node 7.
+class GripperInputs:
+    """What has been received; it outlives a configuration, as the jaw and its command do.
+
+    Attributes:
+        command, fraction: what GRIPPER commanded last, and with which fraction of the full force.
+        counts: encoder counts of the last sample; None before the first.
+    """
+
+    __slots__ = ("command", "counts", "fraction")
+
+    def __init__(self) -> None:
+        self.command = GripperCommand.HOLD
+        self.fraction = 0.0
+        self.counts: int | None = None
+
+
+class GripperController:
+    """Drives the jaw.
+
+    Args:
+        node: the bus life it belongs to.
+        parameters: the node's configuration, whole.
+        inputs: what has been received.
+        dac: sender of DAC.
 
     Attributes:
         opening: jaw opening, m; None before homing.
         resting: cycles the jaw has not moved by more than a count.
     """
 
-    def __init__(self, wire: Wire, boot_id: int, watch_ns: int) -> None:
-        super().__init__(GRIPPER, wire, boot_id, watch_ns)
+    def __init__(
+        self, node: FieldNode, parameters: Parameters, inputs: GripperInputs, dac: Sender[Dac]
+    ) -> None:
+        self._node = node
+        self._inputs = inputs
+        self._dac = dac
+        self._limit = parameters[Parameter.TORQUE_LIMIT]
+        self._force_per_code = parameters[Parameter.TORQUE_PER_CODE]
+        self._counts_per_metre = parameters[Parameter.COUNTS_PER_UNIT]
+        self._stroke = parameters[Parameter.POSITION_MAX]
         self.opening: float | None = None
         self.resting = 0
-        self._command = GripperCommand.HOLD
-        self._next = (GripperCommand.HOLD, 0.0)
-        self._part = 0.0
-        self._counts: int | None = None
+        self._command, self._fraction = inputs.command, inputs.fraction
         self._open_counts: int | None = None
-        self._measured = True
+        self._sample_due = False
+
+    def enter(self, state: NodeState) -> None:
+        """The node's state has changed."""
+        if state is NodeState.HOMING:
+            self.resting = 0
+
+    def begin_cycle(self, sync: Sync) -> None:
+        """SYNC: count a sample that did not come; a command acts from now on."""
+        node, inputs = self._node, self._inputs
+        if self._sample_due:
+            node.miss(FaultCode.MEASURE_MISSING)
+        self._sample_due = node.bus_state in _CYCLING
+        if inputs.command is not self._command:
+            self._command, self.resting = inputs.command, 0
+        self._fraction = inputs.fraction
+
+    def lose_cycle(self) -> None:
+        """No SYNC: the ladder alone acts."""
+
+    def step(self, counts: int) -> None:
+        """The cycle, at its MEASURE: where the jaw is, then the force, and one DAC frame."""
+        node, inputs = self._node, self._inputs
+        self._sample_due = False
+        node.ladder.clear(FaultCode.MEASURE_MISSING)
+        moved = inputs.counts is None or abs(counts - inputs.counts) > 1
+        self.resting = 0 if moved else self.resting + 1
+        inputs.counts = counts
+        if self._open_counts is not None:
+            self.opening = self._stroke + (counts - self._open_counts) / self._counts_per_metre
+        if node.reaction is Reaction.OFF:
+            return  # silent: the brake is on
+        force = 0.0
+        if node.state is NodeState.HOMING:
+            force = HOMING_FRACTION * self._limit
+            if self.resting >= AT_REST_CYCLES:
+                self._open_counts = counts
+                node.change(Event.HOMED)
+        elif node.state is NodeState.OPERATIONAL and self._command is not GripperCommand.HOLD:
+            opens = self._command is GripperCommand.OPEN
+            force = self._fraction * (self._limit if opens else -self._limit)
+        code = max(DAC_MIN, min(DAC_MAX, round(force / self._force_per_code)))
+        node.send(self._dac.frame(code, 0, node.cycle & 0xFF))
+
+
+class GripperNode(FieldNode):
+    """Node 7.
+
+    Args:
+        wire, boot_id, watch_ns: see ``FieldNode``.
+
+    Attributes:
+        controller: what drives the jaw; None without a configuration.
+    """
+
+    controller: GripperController | None
+
+    def __init__(self, wire: Wire, boot_id: int, watch_ns: int) -> None:
+        super().__init__(GRIPPER, wire, boot_id, watch_ns, self._make_controller, self._drop)
+        self._inputs = GripperInputs()
         self._dac = self._sends(Dac, GRIPPER)
         self._hears(Measure, GRIPPER, self._on_measure)
         self._hears(Gripper, None, self._on_gripper)
 
-    def _configured(self) -> bool:
-        needed = (Parameter.PERIOD, Parameter.TORQUE_LIMIT)
-        scales = (Parameter.TORQUE_PER_CODE, Parameter.COUNTS_PER_UNIT, Parameter.POSITION_MAX)
-        return all(self.parameters.get(p, 0.0) > 0.0 for p in (*needed, *scales))
+    @property
+    def opening(self) -> float | None:
+        """Jaw opening, m; None before homing."""
+        return None if self.controller is None else self.controller.opening
 
-    def _begin_cycle(self, sync: Sync) -> None:
-        if not self._measured:
-            self._miss(FaultCode.MEASURE_MISSING)
-        self._measured = self.bus_state not in (NodeState.HOMING, NodeState.OPERATIONAL)
-        command, part = self._next
-        if command is not self._command:
-            self._command, self.resting = command, 0
-        self._part = part
+    @property
+    def resting(self) -> int:
+        """Cycles the jaw has not moved by more than a count; 0 without a configuration."""
+        return 0 if self.controller is None else self.controller.resting
+
+    def _make_controller(self, parameters: Parameters) -> GripperController | None:
+        if any(parameters.get(scale, 0.0) <= 0.0 for scale in _POSITIVE):
+            return None
+        return GripperController(self, parameters, self._inputs, self._dac)
+
+    def _drop(self) -> None:
+        """Drop the force immediately: one DAC frame with zero, and no more after it."""
+        self.send(self._dac.frame(0, 0, self.cycle & 0xFF))
 
     def _on_gripper(self, gripper: Gripper) -> None:
         """A command acts from the next SYNC on."""
-        self._next = (GripperCommand(gripper.command), gripper.force / 100.0)
+        inputs = self._inputs
+        inputs.command, inputs.fraction = GripperCommand(gripper.command), gripper.force / 100.0
 
     def _on_measure(self, measure: Measure) -> None:
-        runs = self.bus_state in (NodeState.HOMING, NodeState.OPERATIONAL)
-        if not runs or not self.config_hash:
+        controller = self.controller
+        if controller is None or self.bus_state not in _CYCLING:
             return
         if measure.cycle != self.cycle & 0xFF:
             self.ignored["stale MEASURE"] += 1
             return
-        self._measured = True
-        self._ladder.clear(FaultCode.MEASURE_MISSING)
-        moved = self._counts is None or abs(measure.counts - self._counts) > 1
-        self.resting = 0 if moved else self.resting + 1
-        self._counts = measure.counts
-        if self._open_counts is not None:
-            travelled = (measure.counts - self._open_counts) / self.parameters[
-                Parameter.COUNTS_PER_UNIT
-            ]
-            self.opening = self.parameters[Parameter.POSITION_MAX] + travelled
-        self._drive()
-
-    def _drive(self) -> None:
-        """One DAC frame: nothing from a node that is off (its brake is on)."""
-        if self.reaction is Reaction.OFF:
-            return
-        limit = self.parameters[Parameter.TORQUE_LIMIT]
-        force = 0.0
-        if self.state is NodeState.HOMING:
-            force = HOMING_PART * limit
-            if self.resting >= AT_REST_CYCLES:
-                self._open_counts = self._counts
-                self._change(Event.HOMED)
-        elif self.state is NodeState.OPERATIONAL and self._command is not GripperCommand.HOLD:
-            opens = self._command is GripperCommand.OPEN
-            force = self._part * (limit if opens else -limit)
-        code = round(force / self.parameters[Parameter.TORQUE_PER_CODE])
-        self._out.append(self._dac.frame(max(-2048, min(2047, code)), 0, self.cycle & 0xFF))
-
-    def _react(self, reaction: Reaction, fault: FaultCode, value: float) -> None:
-        before = self.reaction
-        super()._react(reaction, fault, value)
-        if self.reaction is Reaction.OFF and before is not Reaction.OFF:
-            self._out.append(self._dac.frame(0, 0, self.cycle & 0xFF))  # and silence from now on
-
-    def _entered(self, state: NodeState) -> None:
-        if state is NodeState.HOMING:
-            self.resting = 0
+        controller.step(measure.counts)

@@ -1,7 +1,8 @@
 """Homing of one joint: move slowly towards the middle of the range until the index pulse comes.
 
-Encoder and coarse position must agree on the way. Where they do not (an encoder with its channels
-exchanged turns the servo into one that drives away), homing ends before the joint has gone far.
+Encoder and coarse position must agree during the motion. Where they do not (an encoder with its
+channels exchanged makes the servo drive away from its goal), homing ends before the joint has gone
+far.
 """
 
 from collections.abc import Mapping
@@ -12,8 +13,8 @@ from rfms_can.node.encoder import EncoderReference
 from rfms_can.wire.records import Measure, Reference
 from rfms_can.wire.vocabulary import Parameter
 
-DISAGREEMENT: Final = 0.25
-"""Index intervals by which the ways of encoder and coarse position may differ."""
+MAX_DISAGREEMENT: Final = 0.25
+"""Index intervals by which the displacements of encoder and coarse position may differ."""
 
 
 class Homing:
@@ -25,15 +26,15 @@ class Homing:
         servo: the joint's servo; its integral is used.
 
     Attributes:
-        found: None while looking, True when referenced, False when index, encoder and coarse
+        found: None while searching, True when referenced, False when index, encoder and coarse
             position do not agree.
     """
 
     __slots__ = (
-        "_apart",
-        "_disagreement",
         "_encoder",
+        "_max_disagreement",
         "_middle",
+        "_offset",
         "_period",
         "_servo",
         "_speed",
@@ -52,17 +53,19 @@ class Homing:
             parameters[Parameter.POSITION_MIN] + parameters[Parameter.POSITION_MAX]
         )
         interval = parameters[Parameter.INDEX_INTERVAL_COUNTS]
-        self._disagreement = DISAGREEMENT * interval / abs(parameters[Parameter.COUNTS_PER_UNIT])
+        self._max_disagreement = (
+            MAX_DISAGREEMENT * interval / abs(parameters[Parameter.COUNTS_PER_UNIT])
+        )
         self.begin()
 
     def begin(self) -> None:
-        """Start looking; a joint that knows its reference has found it already."""
+        """Start the search; a joint that knows its reference has ended it already."""
         self._target: float | None = None
-        self._apart: float | None = None
+        self._offset: float | None = None
         self.found: bool | None = None if self._encoder.zero_counts is None else True
 
     def step(self, measure: Measure, reference: Reference, speed: float, gravity: float) -> float:
-        """One cycle: the torque to move or hold with, Nm."""
+        """One cycle: the torque to move or hold with, Nm; ``speed`` rad/s, ``gravity`` Nm."""
         encoder = self._encoder
         angle = encoder.angle(measure.counts)
         if self._target is None:
@@ -74,18 +77,18 @@ class Homing:
             self.found = encoder.find(measure, reference)
             angle = encoder.angle(measure.counts)
             self._target += angle - before  # the same place in the frame just found
-            if self._apart is not None:
-                self._apart -= angle - before
+            if self._offset is not None:
+                self._offset -= angle - before
         if self.found is None:
             below = encoder.coarse_angle(reference.coarse_adc) < self._middle
             rate = self._speed if below else -self._speed
             self._target += rate * self._period
-        feedforward = gravity + self._servo.friction.rigid(rate)
-        return self._servo.alone(self._target - angle, rate - speed, feedforward)
+        friction = self._servo.friction.rigid(rate)
+        return self._servo.alone(self._target - angle, rate - speed, gravity, friction)
 
-    def _compare(self, apart: float) -> None:
-        """Coarse angle less encoder's, rad: it stays what it was, up to the coarse one's errors."""
-        if self._apart is None:
-            self._apart = apart
-        elif abs(apart - self._apart) > self._disagreement:
+    def _compare(self, offset: float) -> None:
+        """Coarse angle less the encoder's, rad: constant, up to the errors of the coarse one."""
+        if self._offset is None:
+            self._offset = offset
+        elif abs(offset - self._offset) > self._max_disagreement:
             self.found = False

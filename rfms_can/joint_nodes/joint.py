@@ -1,50 +1,51 @@
-"""A joint node: solves its own joint from T6, tells its error, hears the others', servos.
+"""A joint node: the bus life of one joint, and the frames its controller works with.
 
-One cycle, in the order frames come: SYNC swaps the rows; SETPOINT and MEASURE together give the
-set-point and the error, which goes out as ERROR (COMPLY and BIAS are waited for where they belong
-to the set-point); when all six errors are known the compliance row
-makes the real error of them, the servo a torque, and the torque goes out as DAC.
+Each frame of a cycle is checked for its cycle and kept in the ``CycleInputs``; then the controller
+is asked to do what can be done now (``controller.py``, ``JointController.step``).
 """
 
-import math
+from collections.abc import Callable
 from functools import partial
-from typing import Final
 
-from rfms_can.arm import Arm
-from rfms_can.errors import EncodeError
-from rfms_can.joint_nodes.axis import Axis
-from rfms_can.joint_nodes.intake import Intake
-from rfms_can.kinematics import JointSolver
-from rfms_can.setpoint import JointSetpoint
-from rfms_can.setpoint.frames import setpoint_of
+from rfms_can.joint_nodes.compliance import RowSets
+from rfms_can.joint_nodes.controller import JointController, usable_arm
+from rfms_can.joint_nodes.field_node import FieldNode, Parameters
+from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
+from rfms_can.joint_nodes.servo import ServoTerms
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.records import Bias, Comply, JointError, Setpoint, Sync
-from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
+from rfms_can.wire.records import Bias, Comply, Dac, JointError, Measure, Reference, Rows, Setpoint
 
-_ALL_ERRORS: Final = (1 << len(JOINTS)) - 1
-_PASSED: Final = 4
-"""Cycles that may pass unseen before the ladder stops the joint anyhow, and one."""
+TermsSink = Callable[[int, ServoTerms], None]
+"""Takes the cycle and the terms of each torque that goes out."""
 
 
-class JointNode(Axis):
-    """Joint node 1 to 6."""
+class JointNode(FieldNode):
+    """Joint node 1 to 6.
+
+    Args:
+        joint: its number.
+        wire, boot_id, watch_ns: see ``FieldNode``.
+
+    Attributes:
+        controller: what drives the joint; None without a configuration.
+        inputs: what has been received for the cycle under way.
+        rows: active and arriving rows.
+    """
+
+    controller: JointController | None
 
     def __init__(self, joint: int, wire: Wire, boot_id: int, watch_ns: int) -> None:
-        super().__init__(joint, wire, boot_id, watch_ns)
-        self._solver: JointSolver
-        self._trajectory: JointSetpoint
-        self._period: float
-        self._intake = Intake()
-        self._bias = 0.0  # of the set-point taken last, Nm
-        self._displaced = 0.0  # by compliance, rad, in the last set-point
-        self._errors = [0.0] * len(JOINTS)
-        self._rates = [0.0] * len(JOINTS)
-        self._accelerations = [0.0] * len(JOINTS)
-        self._heard = 0
-        self._begun = -1  # the cycle of the last SYNC
-        self._held = 0  # cycles since the last set-point taken
+        super().__init__(joint, wire, boot_id, watch_ns, self._make_controller, self._drop)
+        self.inputs = CycleInputs()
+        self.rows = RowSets(joint)
+        self._index = joint - 1
+        self._sink: TermsSink | None = None
+        self._dac = self._sends(Dac, joint)
         self._error = self._sends(JointError, joint)
+        self._hears(Measure, joint, self._on_measure)
+        self._hears(Reference, joint, self._on_reference)
+        self._hears(Rows, joint, self.rows.receive)
         self._hears(Setpoint, 1, self._on_setpoint_1)
         self._hears(Setpoint, 2, self._on_setpoint_2)
         self._hears(Comply, None, self._on_comply)
@@ -53,175 +54,102 @@ class JointNode(Axis):
             if other != joint:
                 self._hears(JointError, other, partial(self._on_error, other - 1))
 
-    def _built(self, arm: Arm) -> None:
-        self._solver = JointSolver(arm, self.number)
-        self._period = self.parameters[Parameter.PERIOD]
-        self._trajectory = JointSetpoint(self._period)
+    # --- what others may look at --------------------------------------------------------------
 
-    def _entered(self, state: NodeState) -> None:
-        super()._entered(state)
-        if state is NodeState.OPERATIONAL:
-            self._servo.reset()
-            self._trajectory.reset(self.theta)
-            self._errors[:] = self._rates[:] = self._accelerations[:] = [0.0] * len(JOINTS)
-            self._driven = True
-            self._held = 0
-            self._bias = self._displaced = 0.0
-        elif state is NodeState.QUICKSTOP:
-            self._stop_from(self._trajectory.theta + self._displaced, self._trajectory.rate)
+    @property
+    def theta(self) -> float:
+        """Measured joint angle, rad; 0 without a configuration."""
+        return 0.0 if self.controller is None else self.controller.theta
 
-    # --- a cycle begins -----------------------------------------------------------------------
+    @property
+    def speed(self) -> float:
+        """Measured joint speed, rad/s; 0 without a configuration."""
+        return 0.0 if self.controller is None else self.controller.speed
 
-    def _begin_cycle(self, sync: Sync) -> None:
-        if not self._driven:
-            self._missed_cycle()
-        elif self.state is not NodeState.OPERATIONAL and self.bus_state is NodeState.OPERATIONAL:
-            self._watch_setpoints()
-        passed, self._begun = sync.cycle - self._begun, sync.cycle
-        self._age += 1
-        if passed > 1:
-            self._skip(min(passed, _PASSED) - 1)
-        if self.rows.swap(sync.row_set):
-            self._ladder.clear(FaultCode.ROWS_MISSING)
-        else:
-            self._miss(FaultCode.ROWS_MISSING)
-        self._forget_setpoint()
-        self._heard = 0
-        self._driven = self.state not in (NodeState.OPERATIONAL, NodeState.QUICKSTOP)
+    @property
+    def torque(self) -> float:
+        """Last commanded torque, Nm; 0 without a configuration."""
+        return 0.0 if self.controller is None else self.controller.torque
 
-    def _missed_cycle(self) -> None:
-        """The cycle before ended without a DAC frame: R1 holds; the ladder counts what was missing.
+    def record_terms(self, sink: TermsSink | None) -> None:
+        """Give each torque's terms to ``sink`` from now on; None ends it."""
+        self._sink = sink
+        if self.controller is not None:
+            self.controller.record_terms(sink)
 
-        The plant holds the last DAC code by itself; the trajectory must not lose the cycle.
-        """
-        if self._measure is None:
-            self._miss(FaultCode.MEASURE_MISSING)
-        elif not self._heard & 1 << self._index:
-            self._miss(FaultCode.SETPOINT_MISSING)
-        else:
-            self._miss(FaultCode.ERROR_MISSING)
-            return
-        self._hold()
+    # --- the controller -----------------------------------------------------------------------
 
-    def _hold(self) -> None:
-        """A cycle without a set-point (R1): the last one stays, its history goes on."""
-        self._trajectory.miss()
-        self._held += 1
+    def _make_controller(self, parameters: Parameters) -> JointController | None:
+        arm = usable_arm(parameters)
+        if arm is None:
+            return None
+        controller = JointController(
+            self, parameters, arm, self.inputs, self.rows, self._dac, self._error
+        )
+        controller.record_terms(self._sink)
+        return controller
 
-    def _skip(self, cycles: int) -> None:
-        """Cycles passed whose SYNC never came."""
-        self._age += cycles
-        if self.state is NodeState.OPERATIONAL:
-            for _ in range(cycles):
-                self._hold()
+    def _drop(self) -> None:
+        if self.controller is not None:
+            self.controller.drop_torque()
 
-    def _watch_setpoints(self) -> None:
-        """Stopped, while SYNC says that all is well: without set-points on up the ladder."""
-        if self._intake.first is None:
-            self._miss(FaultCode.SETPOINT_MISSING)
-        else:
-            self._ladder.clear(FaultCode.SETPOINT_MISSING)
+    # --- frames of a cycle --------------------------------------------------------------------
 
-    def _without_sync(self) -> None:
-        """No SYNC: what comes next belongs to no cycle we know."""
-        self._age += 1
-        self._forget_setpoint()
-        self._heard = 0
-        self._driven = True
-
-    def _forget_setpoint(self) -> None:
-        """What came for the cycle before is of no use any more."""
-        self._intake.clear()
-        self._measure = None
-
-    # --- set-point, errors, torque ------------------------------------------------------------
+    def _is_stale(self, cycle: int, what: str) -> bool:
+        if cycle == self.cycle & 0xFF:
+            return False
+        self.ignored[f"stale {what}"] += 1
+        return True
 
     def _on_setpoint_1(self, setpoint: Setpoint) -> None:
         if not self._is_stale(setpoint.cycle & 0xFF, "SETPOINT"):
-            self._intake.first = setpoint
-            self._solve()
+            self.inputs.setpoint = setpoint
+            if self.controller is not None:
+                self.controller.step()
 
     def _on_setpoint_2(self, setpoint: Setpoint) -> None:
         if not self._is_stale(setpoint.cycle & 0xFF, "SETPOINT"):
-            self._intake.second = setpoint
-            self._solve()
+            self.inputs.second_setpoint = setpoint
+            if self.controller is not None:
+                self.controller.step()
 
     def _on_comply(self, comply: Comply) -> None:
         if not self._is_stale(comply.cycle, "COMPLY"):
-            self._intake.displacement = comply[self._index]
-            self._solve()
+            self.inputs.displacement = comply[self._index]
+            if self.controller is not None:
+                self.controller.step()
 
     def _on_bias(self, bias: Bias) -> None:
         if not self._is_stale(bias.cycle, "BIAS"):
-            self._intake.bias = bias[self._index]
-            self._solve()
+            self.inputs.bias = bias[self._index]
+            if self.controller is not None:
+                self.controller.step()
 
-    def _sampled(self) -> None:
-        self._solve()
+    def _on_measure(self, measure: Measure) -> None:
+        controller = self.controller
+        if controller is None:
+            return
+        if not controller.duty.any_sample and self._is_stale(measure.cycle, "MEASURE"):
+            return
+        inputs = self.inputs
+        inputs.measure = measure
+        inputs.sampled_in = measure.cycle
+        inputs.new_sample = True
+        controller.step()
 
-    def _solve(self) -> None:
-        """SETPOINT and MEASURE are here: own set-point, own error, and tell it."""
-        intake = self._intake
-        first = intake.first
-        if first is None or self._measure is None or self.state is not NodeState.OPERATIONAL:
+    def _on_reference(self, reference: Reference) -> None:
+        controller, inputs = self.controller, self.inputs
+        if controller is None or not controller.homes or inputs.measure is None:
             return
-        if self._heard & 1 << self._index or not intake.complete:
-            return
-        trajectory = self._trajectory
-        before, rate_before = trajectory.theta + self._displaced, trajectory.rate
-        theta = trajectory.tick(setpoint_of(first, intake.second), self._solver.solve)
-        if math.isnan(theta):
-            return  # refused whole: counted as a missing set-point at the next SYNC
-        displacement = intake.displacement or 0.0
-        theta += displacement
-        error, rate = theta - self.theta, trajectory.rate - self.speed
-        if not self.rows.selection:  # while it complies, only the commanded motion has a rate
-            rate += (displacement - self._displaced) / self._period
-        acceleration = trajectory.acceleration
-        try:
-            told = self._error.frame(error, rate, acceleration, self.cycle & 0xFF)
-        except EncodeError:
-            told = None  # more than a joint error can say: a step, as below
-        if told is None or abs(theta - before) > self._theta_step * (1 + self._held):
-            self._miss(FaultCode.SETPOINT_STEP, theta - before)
-            self._stop_from(before, rate_before)  # none of the step may act
-            return
-        self._held = 0
-        self._displaced, self._bias = displacement, intake.bias or 0.0
-        self._ladder.clear(FaultCode.SETPOINT_MISSING)
-        self._out.append(told)
-        self._know(self._index, error, rate, acceleration)
+        if not self._is_stale(reference.cycle, "REFERENCE"):
+            inputs.reference = reference
+            controller.step()
 
     def _on_error(self, index: int, error: JointError) -> None:
-        if error.cycle == self.cycle & 0xFF:
-            self._know(index, error.error, error.error_rate, error.acceleration)
-        else:
+        inputs = self.inputs
+        if error.cycle != self.cycle & 0xFF:
             self.ignored["stale ERROR"] += 1
-
-    def _know(self, index: int, error: float, rate: float, acceleration: float) -> None:
-        """One of the six errors is known; with all of them, servo."""
-        self._errors[index] = error
-        self._rates[index] = rate
-        self._accelerations[index] = acceleration
-        before, self._heard = self._heard, self._heard | 1 << index
-        if self._heard == _ALL_ERRORS != before and self.state is NodeState.OPERATIONAL:
-            self._ladder.clear(FaultCode.ERROR_MISSING)
-            self._drive(self._command(), self._bias)
-
-    def _command(self) -> float:
-        """Torque of Eq. 5.11 as corrected, Nm."""
-        servo, rows = self._servo, self.rows
-        friction, desired = servo.friction, self._trajectory.rate
-        if rows.selection:
-            overcome = friction.complying(desired, self.speed, servo.push, self.cycle)
-        else:
-            overcome = friction.rigid(desired)
-        return servo.torque(
-            self._errors,
-            self._rates,
-            self._accelerations,
-            rows,
-            rows.gravity,
-            overcome,
-            self._bias,
-        )
+            return
+        inputs.take_error(index, error.error, error.error_rate, error.acceleration)
+        if inputs.heard == ALL_ERRORS and self.controller is not None:
+            self.controller.step()

@@ -45,8 +45,8 @@ class StopRamp:
     def watch(self, angle: float) -> None:
         """Take the measured angle, rad; hold where the joint comes to rest after the ramp.
 
-        A stopped joint has nowhere to be but where it stands: homing in on the end of the ramp
-        would move it once more. After ``SETTLING_S`` the place is fixed: it does not yield.
+        A stopped joint has no goal but to stand still: driving it to the end of the ramp would
+        move it once more. After ``SETTLING_S`` the position is fixed: it does not yield.
         """
         if self.speed or self._settling <= 0:
             return

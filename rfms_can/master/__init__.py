@@ -1,1 +1,1 @@
-"""MasterNode and math processor: T6 and the rows of each cycle, and who may move."""
+"""The master: supervisor and math processor of the thesis; T6 and the rows of each cycle."""

@@ -156,13 +156,14 @@ class ControlCycle:
         self._stillness.watch(inputs.arm_state)
         if phase is Phase.RUN:
             self._statistics.cycles += 1
-        if phase is Phase.RUN and not requests.stop:
+        if phase is Phase.RUN and not requests.stop_requested:
             motion, force, q = self._motion, self._force, inputs.arm_state.q
             model, in_force = self._rows.newest, self._rows.in_force.compliance
             self._statistics.errors(inputs.errors, motion.moves)
-            force.sense(
-                inputs.take_reading(), inputs.torques, motion.commanded, q, model, motion.guarded
-            )
+            guarded = motion.guarded
+            if not guarded:
+                force.guards.end()
+            force.sense(inputs.take_reading(), inputs.torques, motion.commanded, q, model, guarded)
             if force.close(motion.force_request, q, inputs.errors, model, in_force):
                 motion.end_guarded()
             violation = force.comply.limit_violation()
@@ -224,14 +225,14 @@ class ControlCycle:
             self._stop_on_request(out)
 
     def _start_or_stop(self, out: list[Frame]) -> None:
-        if self._requests.start and not self._requests.stop:
+        if self._requests.start_requested and not self._requests.stop_requested:
             self._enable(out)
         else:
             self._stop_on_request(out)
 
     def _stop_on_request(self, out: list[Frame]) -> None:
         """Torque off, brakes on: STOP from motion, RESET out of a controlled stop."""
-        if self._requests.stop:
+        if self._requests.stop_requested:
             halted = self._machine.phase is Phase.HALT
             out.append(self._broadcast.command(Command.RESET if halted else Command.STOP))
             self._machine.change(PhaseEvent.STOP)
@@ -244,7 +245,7 @@ class ControlCycle:
 
     def _enable(self, out: list[Frame]) -> None:
         """START: counters and cycles restart at 0, and the arm holds where it is."""
-        self._requests.start = False
+        self._requests.start_requested = False
         state = self._inputs.arm_state
         try:
             self._motion.enable(state.q)

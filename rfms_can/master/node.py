@@ -198,11 +198,11 @@ class MasterNode(Endpoint):
 
     def start(self) -> None:
         """Enable the arm at the next closed cycle (phase READY)."""
-        self.requests.start = True
+        self.requests.start_requested = True
 
     def stop(self) -> None:
         """Disable the arm at the next closed cycle, brakes on, for good."""
-        self.requests.stop = True
+        self.requests.stop_requested = True
         if not self.machine.cycling:  # no node drives yet
             self.machine.change(PhaseEvent.STOP)
             self.timer.stop()
@@ -234,7 +234,7 @@ class MasterNode(Endpoint):
     def on_time(self, now_ns: int) -> Sequence[Frame]:
         """Begin the next cycle, closing an incomplete one; or call for nodes again."""
         timer = self.timer
-        if timer.sent():
+        if timer.take_urgent():
             return self._flush()
         deadline_ns = timer.due(now_ns)
         if deadline_ns is None:

@@ -20,18 +20,18 @@ def holds(master: MasterNode, condition: AnyCondition) -> bool:
                 master.motion.at_rest and master.force_control.comply.fading
             )
         case AtRest():
-            return stands(master)
+            return arm_at_rest(master)
         case JawAtRest():
             return master.stillness.jaw
         case CycleReached(cycle):
             return master.statistics.cycles >= cycle
 
 
-def stands(master: MasterNode) -> bool:
+def arm_at_rest(master: MasterNode) -> bool:
     """Whether no move is under way or waits, nothing is commanded to move, and nothing does.
 
     An arm that follows a goal slowly stands still by its encoders from one cycle to the next; so
-    does one that begins to come back from where compliance has let it go to.
+    does one that begins to return from a compliant displacement.
     """
     motion, comply = master.motion, master.force_control.comply
     stands_still = master.stillness.arm and not comply.fading
@@ -65,7 +65,7 @@ def status_of(master: MasterNode, lease: str | None = None, refused: int = 0) ->
         sequence=generator.sequence,
         completed=generator.completed,
         waiting=generator.waiting,
-        at_rest=stands(master),
+        at_rest=arm_at_rest(master),
         jaw_at_rest=master.stillness.jaw,
         jaw=state.jaw_opening(master.arm.gripper),
         feed=generator.feed,

@@ -25,8 +25,8 @@ class ProgramRequests:
         sensor: whether there is a wrist sensor.
 
     Attributes:
-        start: the arm is to be enabled (phase READY).
-        stop: the arm is to be disabled, brakes on, for good.
+        start_requested: the arm is to be enabled (phase READY).
+        stop_requested: the arm is to be disabled, brakes on, for good.
         gripper: command and force (per cent).
     """
 
@@ -38,8 +38,8 @@ class ProgramRequests:
         "_sensor",
         "_stillness",
         "gripper",
-        "start",
-        "stop",
+        "start_requested",
+        "stop_requested",
     )
 
     def __init__(
@@ -58,7 +58,7 @@ class ProgramRequests:
         self._stillness = stillness
         self._rows = rows
         self._sensor = sensor
-        self.start = self.stop = False
+        self.start_requested = self.stop_requested = False
         self.gripper = (GripperCommand.HOLD, 0.0)
 
     def handle(self, message: Message) -> Answer:

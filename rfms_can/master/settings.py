@@ -29,24 +29,26 @@ class ClockDefinition:
     Attributes:
         in_one_process: whether it is that of the simulated bus, with all nodes in one process.
         waits_for_nodes: whether a cycle lasts until all nodes have answered, up to the barrier.
+        scheduled: whether cycles begin on an absolute schedule of the monotonic clock.
         waits_for_programs: whether time stands still while the program runs between two waits.
     """
 
     in_one_process: bool
     waits_for_nodes: bool
+    scheduled: bool
     waits_for_programs: bool
 
 
 CLOCKS: Final = complete(
     {
         Clock.VIRTUAL: ClockDefinition(
-            in_one_process=True, waits_for_nodes=False, waits_for_programs=True
+            in_one_process=True, waits_for_nodes=False, scheduled=False, waits_for_programs=True
         ),
         Clock.LOCKSTEP: ClockDefinition(
-            in_one_process=False, waits_for_nodes=True, waits_for_programs=True
+            in_one_process=False, waits_for_nodes=True, scheduled=False, waits_for_programs=True
         ),
         Clock.REALTIME: ClockDefinition(
-            in_one_process=False, waits_for_nodes=False, waits_for_programs=False
+            in_one_process=False, waits_for_nodes=False, scheduled=True, waits_for_programs=False
         ),
     },
     Clock,
@@ -88,6 +90,11 @@ class MasterSettings:
     dither: float = 0.0
 
     @property
+    def clock_definition(self) -> ClockDefinition:
+        """What distinguishes its clock."""
+        return CLOCKS[self.clock]
+
+    @property
     def force_loop(self) -> str:
         """``none`` without a wrist sensor, ``open`` or ``closed`` over it."""
         return "closed" if self.closed else "open" if self.sensor else "none"
@@ -100,5 +107,5 @@ class MasterSettings:
     @property
     def cycle_limit_ns(self) -> int:
         """Longest time between two SYNCs, ns: the period, or the barrier in lockstep."""
-        waits = CLOCKS[self.clock].waits_for_nodes
+        waits = self.clock_definition.waits_for_nodes
         return round(self.barrier_s * 1e9) if waits else self.period_ns

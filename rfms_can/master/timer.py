@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from rfms_can.master.settings import Clock, MasterSettings
+from rfms_can.master.settings import MasterSettings
 
 
 class CycleTimer:
@@ -37,8 +37,8 @@ class CycleTimer:
     )
 
     def __init__(self, settings: MasterSettings) -> None:
-        self.lockstep: Final = settings.clock is Clock.LOCKSTEP
-        self.realtime: Final = settings.clock is Clock.REALTIME
+        self.lockstep: Final = settings.clock_definition.waits_for_nodes
+        self.realtime: Final = settings.clock_definition.scheduled
         self.paced = settings.paced
         self._period_ns = settings.period_ns
         self._limit_ns = settings.cycle_limit_ns
@@ -87,7 +87,7 @@ class CycleTimer:
         """Have the driver fetch what waits to be sent, without waiting for the deadline."""
         self._urgent = True
 
-    def sent(self) -> bool:
+    def take_urgent(self) -> bool:
         """Whether the driver has come for what could not wait; once."""
         urgent, self._urgent = self._urgent, False
         return urgent

@@ -65,10 +65,13 @@ class LeaseRequest(Message, frozen=True, tag="LEASE"):
     duration_s: Annotated[float, msgspec.Meta(ge=0.1, le=10.0)] = 1.0
 
 
+QueryKind = Literal["status", "world", "server"]
+
+
 class Query(Message, frozen=True, tag="QUERY"):
     """Query status, names in the world model, or the server's numbers; needs no lease."""
 
-    what: Literal["status", "world", "server"] = "status"
+    what: QueryKind = "status"
 
 
 class WaitRequest(Message, frozen=True, tag="WAIT"):

@@ -5,6 +5,7 @@
 ``commanded.csv``  the commanded joint angles of every cycle, rad, in double precision
 ``summary.json``   the result
 ``truth.csv``      ground truth of each cycle: with a scene, on the simulated bus
+``terms.npz``      terms of the joints' torques, if recorded (``rig/terms.py``)
 """
 
 import json
@@ -20,6 +21,7 @@ from rfms_can.arm import Arm
 from rfms_can.errors import RfmsError
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.terms import TERMS, TermsRecorder
 from rfms_can.rig.truth import COLUMNS, Truth
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import JOINTS
@@ -29,7 +31,7 @@ SETTINGS: Final = "settings.json"
 COMMANDED: Final = "commanded.csv"
 SUMMARY: Final = "summary.json"
 TRUTH: Final = "truth.csv"
-_FILES: Final = (LOG, SETTINGS, COMMANDED, SUMMARY, TRUTH)
+_FILES: Final = (LOG, SETTINGS, COMMANDED, SUMMARY, TRUTH, TERMS)
 _PACKAGES: Final = ("numpy", "python-can", "cantools", "pin", "mujoco", "autosar-e2e", "msgspec")
 
 
@@ -85,6 +87,14 @@ class Record:
         """Ground truth of each cycle."""
         lines = [",".join(COLUMNS), *(",".join(map(repr, row.row())) for row in rows)]
         self._write(TRUTH, "\n".join(lines) + "\n")
+
+    def terms(self, recorder: TermsRecorder) -> None:
+        """What the joints' torques were made of."""
+        path = self.directory / TERMS
+        try:
+            recorder.save(path)
+        except OSError as error:
+            raise RfmsError(f"--terms: {path} cannot be written: {error.strerror}") from error
 
     def summary(self, result: RunResult) -> None:
         """The numbers."""

@@ -41,6 +41,7 @@ def execute(
     attach: bool = False,
     watch: Callable[[Rig], None] | None = None,
     interrupted: Callable[[], bool] = lambda: False,
+    terms: bool = False,
 ) -> Outcome:
     """Run a program.
 
@@ -52,15 +53,23 @@ def execute(
         attach: the other nodes are on the bus already: start none.
         watch: called with the rig before the run, in this process, not the nodes'.
         interrupted: whether the program is to end; called while it waits.
+        terms: record the terms of the joints' torques as well.
 
     Raises:
-        SettingsError: the simulated bus is too slow for the rate.
+        SettingsError: the simulated bus is too slow for the rate, or terms cannot be recorded.
         RfmsError: whatever ended the run other than a latched fault; the arm is braked.
         KeyboardInterrupt: ``interrupted`` returned True; the arm is braked.
     """
+    if terms and (record is None or not settings.simulated):
+        raise SettingsError(
+            f"--terms needs --record DIRECTORY and bus 'sim', whose joints are in this process; "
+            f"bus {settings.bus}, {'no directory' if record is None else f'directory {record}'}"
+        )
     run_record = None if record is None else Record(record)
     rig, writer = make_rig(settings, run_record, attach)
     try:
+        if terms and isinstance(rig, SimulatedRig):
+            rig.record_terms()
         if watch is not None:
             watch(rig)
         session = Session(
@@ -98,9 +107,11 @@ def complete_record(session: Session, settings: RunSettings, run_record: Record 
         master = session.master
         run_record.settings(settings, master.arm, master.arm_state.zero_counts)
         run_record.commanded(session.commanded)
-        watch = session.rig.watch if isinstance(session.rig, SimulatedRig) else None
-        if watch is not None:
-            run_record.truth(watch.rows)
+        if isinstance(session.rig, SimulatedRig):
+            if session.rig.watch is not None:
+                run_record.truth(session.rig.watch.rows)
+            if session.rig.terms is not None:
+                run_record.terms(session.rig.terms)
         run_record.summary(session.result())
 
 

@@ -14,7 +14,6 @@ from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of
 from rfms_can.link.keys import ServerKeys
 from rfms_can.link.server import ServerSocket, check_binding
 from rfms_can.master.server.core import Server
-from rfms_can.master.settings import CLOCKS
 from rfms_can.messages import ServerNumbers
 from rfms_can.rig.record import Record
 from rfms_can.rig.result import RunResult
@@ -84,7 +83,7 @@ class Serving:
         keep: bool = False,
     ) -> None:
         master = self._master = rig.master
-        self._clock = CLOCKS[master.settings.clock]
+        self._clock = master.settings.clock_definition
         self._barrier_s = master.settings.barrier_s
         self._interrupted = interrupted
         self._shown = shown

@@ -15,7 +15,6 @@ from rfms_can.errors import FaultError
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
-from rfms_can.master.settings import CLOCKS
 from rfms_can.messages import StopRequest
 from rfms_can.rig.link import DirectLink
 from rfms_can.rig.realtime import ThreadedPump
@@ -90,7 +89,7 @@ class Session:
     ) -> None:
         self.rig = rig
         self.master = rig.master
-        waits = CLOCKS[rig.master.settings.clock].waits_for_programs
+        waits = rig.master.settings.clock_definition.waits_for_programs
         self._thread = ThreadedPump(rig.pump) if threaded and not waits else None
         self.link = DirectLink(rig.master, self._thread or rig.pump, self._on_cycle, interrupted)
         self.commanded: array[float] = array("d")

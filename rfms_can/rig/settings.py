@@ -54,7 +54,8 @@ class RunSettings:
         sensor: at its wrist: ``none``, ``ideal`` or ``good``.
         law: how the arm complies: a word of ``compliance.ControlLaw``.
         force_loop: ``open``, ``closed`` over the sensor, or empty: closed if there is one.
-        dither: fraction of the friction that complying joints dither with at rest, 0 to 1.
+        dither: amplitude of the dither of complying joints at rest, a fraction of the friction,
+            0 to 1.
     """
 
     arm: str = "puma260"
@@ -99,7 +100,7 @@ class RunSettings:
             )
         if one_process and not simulated:
             raise SettingsError(
-                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} takes lockstep"
+                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} needs 'lockstep'"
             )
         for name in ("barrier", "patience"):
             if not 0.0 < getattr(self, name) <= LONGEST_S:

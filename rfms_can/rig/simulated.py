@@ -10,6 +10,7 @@ from rfms_can.master.node import MasterNode
 from rfms_can.plant.node import PlantNode
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
+from rfms_can.rig.terms import TermsRecorder
 from rfms_can.rig.truth import SceneResult, SceneWatch
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
@@ -23,6 +24,7 @@ class SimulatedRig:
         bus: the simulated bus.
         master, joints, gripper, plant: its nodes.
         watch: observer of the contact with the scene; None without one.
+    terms: of the joints' torques, if they are recorded.
     """
 
     def __init__(self, settings: RunSettings, wire: Wire | None = None) -> None:
@@ -33,6 +35,7 @@ class SimulatedRig:
         self.plant: PlantNode = make_plant(settings, wire)
         self.master: MasterNode = make_master(settings, wire)
         self.watch: SceneWatch | None = None
+        self.terms: TermsRecorder | None = None
         if settings.the_scene.tool is not None:
             self.watch = SceneWatch(self.plant, settings.scene)
         for node in (*self.joints, self.gripper, self.plant, self.master):
@@ -42,6 +45,11 @@ class SimulatedRig:
         """Show every frame to an observer, with its time in ns."""
         self.bus.observers.append(lambda time_ns, frame, _sender: observer(time_ns, frame))
 
+    def record_terms(self) -> TermsRecorder:
+        """Record what each joint's torque is made of, from ``begin_measuring`` on."""
+        self.terms = TermsRecorder(self.joints)
+        return self.terms
+
     def pump(self, condition: Callable[[], bool]) -> None:
         """Run until a condition holds."""
         self.bus.run_until(condition)
@@ -49,6 +57,8 @@ class SimulatedRig:
     def begin_measuring(self) -> None:
         """Start counting bus statistics and contacts."""
         self.bus.reset_statistics()
+        if self.terms is not None:
+            self.terms.begin()
         if self.watch is not None:
             self.watch.begin()
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from rfms_can.arm import PUMA_260, Arm
+from rfms_can.joint_nodes.controller import JointController
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.kinematics import configuration_of, direct
 from rfms_can.master.start_up.node_parameters import all_parameters
@@ -54,6 +55,12 @@ class JointBench(Bench):
         self.q = list(arm.park)
         self.speed = 0.0
         self.bias: tuple[float, ...] | None = None
+
+    @property
+    def controller(self) -> JointController:
+        """The controller of a configured node."""
+        assert self.node.controller is not None
+        return self.node.controller
 
     # --- what the board says ------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ BURST: Final = "burst"
 TOUR: Final = "tour"
 
 TRANSIT_SPEED: Final = 0.95
-"""Fraction of the joints' speed limits on the way to where an experiment begins."""
+"""Fraction of the joints' speed limits on the way to the start of an experiment."""
 TRANSIT_ACCELERATION_S: Final = 0.3
 SWEEP_ACCELERATION_S: Final = 0.12
 RISE: Final = 1.875

@@ -52,7 +52,7 @@ class ForceSettings(NamedTuple):
 
 
 class ForceControl:
-    """What the master does beside the set-points.
+    """Compliance, bias force and guarded moves, beside the set-points.
 
     Attributes:
         comply: COMPLY.
@@ -79,7 +79,7 @@ class ForceControl:
         self.guards = Guards()
         self._bias = BiasForce(limits, period_s, settings.closed)
         self._request: ForceRequest | None = None
-        self._extra = np.zeros(6)
+        self._correction = np.zeros(6)
         self._displacement = Displacement(period_s)
         self.force: Vector6 = NO_FORCE
         self.complied: Vector6 = NO_FORCE
@@ -92,7 +92,7 @@ class ForceControl:
         self._bias.reset()
         self.guards.reset()
         self._request = None
-        self._extra[:] = 0.0
+        self._correction[:] = 0.0
         self.compliance = Compliance()
 
     def sense(
@@ -113,7 +113,7 @@ class ForceControl:
             commanded: the trajectory they follow.
             q: measured joint angles, rad.
             rows: the newest set: the model at the measured joint angles.
-            guarded: whether the move under way is guarded; else nothing met stops it.
+            guarded: whether the move under way is guarded, so that an estimate is needed.
         """
         estimate = self.wrench_estimate
         if reading is not None:
@@ -121,8 +121,6 @@ class ForceControl:
         elif guarded and not estimate.sensed:
             rate, acceleration = commanded.rate, commanded.acceleration
             estimate.estimate(torques, rate, acceleration, rows.J, rows.M, rows.gravity)
-        if not guarded:
-            self.guards.end()
 
     def close(
         self,
@@ -158,8 +156,8 @@ class ForceControl:
         self.force = in_frame(self.wrench_estimate.wrench, frame)
         J = compliance_jacobian(rows.J, frame)
         if in_force.selection.size:
-            there = compliance_jacobian(rows.J, in_force.frame)
-            self.comply.accumulate(errors, there, in_force.selection, in_force.frame)
+            J_in_force = compliance_jacobian(rows.J, in_force.frame)
+            self.comply.accumulate(errors, J_in_force, in_force.selection, in_force.frame)
         elif request.specification.selection == RIGID:
             least = round(2.0 * request.acceleration_time / self._period)
             self.comply.fade(self._fades, least)
@@ -171,7 +169,7 @@ class ForceControl:
         return self.guards.watch(request.sequence, self.force, T6)
 
     def refusal(self, request: ForceRequest, theta: Joints, rests: bool) -> str | None:
-        """Why what a move asks for cannot be done, or None.
+        """Why the request of a move is refused, or None.
 
         Args:
             request: the move.
@@ -211,9 +209,9 @@ class ForceControl:
     @property
     def bias(self) -> list[float] | None:
         """Bias torques, Nm (6); None if all are zero."""
-        if not self._bias.active and not self._extra.any():
+        if not self._bias.active and not self._correction.any():
             return None
-        torque: list[float] = (self._bias.torque + self._extra).tolist()
+        torque: list[float] = (self._bias.torque + self._correction).tolist()
         return torque
 
     def _is_idle(self, specification: Specification, in_force: Compliance) -> bool:
@@ -232,7 +230,7 @@ class ForceControl:
         if specification.load is not None and specification.load != self.load:
             self.load = specification.load
             self.compliance = now = now.changed(now.selection, now.frame)
-        if selection != now.selection or (selection.size and _is_elsewhere(frame, now.frame)):
+        if selection != now.selection or (selection.size and _has_moved(frame, now.frame)):
             self.compliance = now.changed(selection, frame)
             self._bias.begin()
         elif selection.size:
@@ -249,16 +247,18 @@ class ForceControl:
     ) -> None:
         """The torques of the bias force, and the law's correction of the error, if it has one."""
         selection = specification.selection
-        self._extra[:] = 0.0
+        self._correction[:] = 0.0
         if not selection.size or not self._law.complies:
             self._bias.relax()
             return
         self._bias.update(J, selection, specification.bias, self.force, self._displacement.mean)
         correction = self._law.correction
         if correction is not None and law_rows is not None:
-            self._extra = self._Kp * correction(self._arm, q, errors, frame, J, law_rows.errors)
+            self._correction = self._Kp * correction(
+                self._arm, q, errors, frame, J, law_rows.errors
+            )
 
 
-def _is_elsewhere(a: Transform, b: Transform) -> bool:
-    """Whether a compliance frame is another one, and not the same a cycle later."""
+def _has_moved(a: Transform, b: Transform) -> bool:
+    """Whether a compliance frame is a different one, and not the same a cycle later."""
     return any(abs(x - y) > 0.02 for x, y in zip(a, b, strict=True))

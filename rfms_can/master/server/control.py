@@ -8,7 +8,6 @@ from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
 from rfms_can.master.server.lease import Lease
-from rfms_can.master.settings import Clock
 from rfms_can.messages import AtRest, LeaseRequest, StopRequest
 
 EVENTS_KEPT: Final = 100
@@ -100,6 +99,6 @@ class Control:
         return (
             holder_waits
             or self._stopping
-            or master.settings.clock is Clock.REALTIME
+            or not master.settings.clock_definition.waits_for_programs
             or master.phase is not Phase.RUN
         )

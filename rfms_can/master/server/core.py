@@ -6,7 +6,8 @@ counted.
 """
 
 from collections import deque
-from typing import Final
+from collections.abc import Callable
+from typing import Final, get_args
 
 from rfms_can.errors import FaultError, LeaseError, LinkError, RfmsError
 from rfms_can.master.node import MasterNode
@@ -16,7 +17,6 @@ from rfms_can.master.server.reading import Head, read_emergency, read_head, read
 from rfms_can.master.server.replies import Outgoing, Replies, Result
 from rfms_can.master.server.sessions import Session, Sessions, Wait
 from rfms_can.master.server.waits import Waits
-from rfms_can.master.settings import Clock
 from rfms_can.messages import (
     Answer,
     AnyRequest,
@@ -29,6 +29,8 @@ from rfms_can.messages import (
     TransformMessage,
     WaitRequest,
 )
+from rfms_can.messages.session import QueryKind
+from rfms_can.tables import complete
 
 _TIMED: Final = (TransformMessage, MoveRequest, StopRequest)
 """Requests whose latency to the bus is measured."""
@@ -123,7 +125,7 @@ class Server:
             Replies to send.
         """
         self._latency.look()
-        lockstep = self._master.settings.clock is Clock.LOCKSTEP
+        lockstep = self._master.settings.clock_definition.waits_for_nodes
         if lockstep and self.holder is not None and not self.time_may_pass:
             self.unattended += 1
         self._control.cycle_closed()
@@ -217,9 +219,7 @@ class Server:
         """Process a request that is answered at once; raises ``RfmsError`` to refuse it."""
         master = self._master
         if isinstance(request, Query):
-            if request.what == "world":
-                return Answer(world=master.motion.world.names())
-            return Answer(server=self.numbers() if request.what == "server" else None)
+            return _ANSWERS[request.what](self)
         self._check_running()
         if isinstance(request, LeaseRequest):
             self._control.handle(word, request, now_ns)
@@ -229,6 +229,9 @@ class Server:
         if isinstance(request, _TIMED):
             self._latency.taken(now_ns)
         return answer
+
+    def _names(self) -> Answer:
+        return Answer(world=self._master.motion.world.names())
 
     def _look(self, now_ns: int) -> None:
         word = self._control.look(now_ns)
@@ -247,3 +250,13 @@ class Server:
         failure = self._failure()
         if failure is not None:
             raise failure
+
+
+_ANSWERS: Final[dict[QueryKind, Callable[[Server], Answer]]] = complete(
+    {
+        "status": lambda _: Answer(),  # each reply tells it
+        "world": Server._names,
+        "server": lambda server: Answer(server=server.numbers()),
+    },
+    get_args(QueryKind),
+)

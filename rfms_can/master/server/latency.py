@@ -4,7 +4,6 @@ from bisect import bisect_right
 from typing import Final, NamedTuple
 
 from rfms_can.master.node import MasterNode
-from rfms_can.master.settings import Clock
 from rfms_can.messages.numbers import LATENCY_EDGES_NS
 
 CYCLE_BINS: Final = 4
@@ -30,7 +29,7 @@ class Latency:
 
     def __init__(self, master: MasterNode) -> None:
         self._master = master
-        self._realtime = master.settings.clock is Clock.REALTIME
+        self._realtime = master.settings.clock_definition.scheduled
         self._pending: list[_Pending] = []
         self.cycles = [0] * CYCLE_BINS
         self.times = [0] * (len(LATENCY_EDGES_NS) + 1) if self._realtime else []
