@@ -1,13 +1,24 @@
-"""Deterministic hypothesis, and the wire compiled once for all tests.
+"""Deterministic hypothesis, and the fixtures of many files: the wire, ``rfms``, recorded runs.
 
 A failing example is told as it was found: to shrink a whole motion takes minutes. For a smaller
 one: ``pytest --hypothesis-profile=shrink``.
+
+Fixtures import what they need when they are asked for: a file's tests then load no more than the
+file does. (Hypothesis draws numbers from the source of what is loaded, so that more modules are
+other examples.)
 """
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 from rfms_can.wire.contract import Wire
+
+if TYPE_CHECKING:
+    from support.command_line import Rfms
 
 settings.register_profile(
     "shrink",
@@ -36,3 +47,37 @@ def pytest_report_header(config: pytest.Config) -> str | None:
 @pytest.fixture(scope="session")
 def wire() -> Wire:
     return Wire()
+
+
+@pytest.fixture
+def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty directory, in which hubs and servers of the test find each other, and no others."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path
+
+
+@pytest.fixture
+def rfms(
+    runtime: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> "Rfms":
+    """``rfms`` with some arguments, in this process and in the empty directory ``runtime``."""
+    from support.command_line import run_here
+
+    monkeypatch.chdir(runtime)
+    return partial(run_here, capsys, monkeypatch)
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recorded run of ``there_and_back``; it serves all tests, so none may change it."""
+    from support.system import recorded_run
+
+    return recorded_run(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture(scope="session")
+def recorded_with_terms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same with the terms of the joint torques."""
+    from support.system import recorded_run
+
+    return recorded_run(tmp_path_factory.mktemp("terms"), terms=True)

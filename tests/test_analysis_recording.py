@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.bus_nodes import Listener
-from support.recorded_run import FAR, LONG, there_and_back
+from support.programs.there_and_back import FAR, LONG
 
 from rfms_can.analysis.motions import motions, thesis_motions
 from rfms_can.analysis.recording import Recording, RecordingError, load_recording
@@ -28,20 +28,13 @@ pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")
-def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("run")
-    execute(there_and_back, RunSettings(), record=path)
-    return path
+def recording(recorded: Path, wire: Wire) -> Recording:
+    return load_recording(recorded, wire)
 
 
-@pytest.fixture(scope="module")
-def recording(directory: Path, wire: Wire) -> Recording:
-    return load_recording(directory, wire)
-
-
-def test_every_cycle_is_there_once_and_whole(recording: Recording, directory: Path) -> None:
+def test_every_cycle_is_there_once_and_whole(recording: Recording, recorded: Path) -> None:
     log = recording.log
-    summary = json.loads((directory / "summary.json").read_text())
+    summary = json.loads((recorded / "summary.json").read_text())
     assert log.cycle.tolist() == list(range(len(log.cycle)))
     assert len(log.cycle) == summary["cycles"] == len(recording.commanded)
     assert log.refused == 0
@@ -72,8 +65,8 @@ def test_torque_moves_the_joint_and_holds_gravity(recording: Recording) -> None:
     assert torque[starts + 8, 0] - torque[starts, 0] > 0.3  # joint 1 is pushed its way
 
 
-def test_bus_load_is_what_the_bus_counted(recording: Recording, directory: Path) -> None:
-    summary = json.loads((directory / "summary.json").read_text())
+def test_bus_load_is_what_the_bus_counted(recording: Recording, recorded: Path) -> None:
+    summary = json.loads((recorded / "summary.json").read_text())
     time, load = recording.bus_load()
     assert recording.load_window % HEARTBEAT_EVERY == 0
     assert load.mean() == pytest.approx(summary["bus_load"], rel=0.02)
@@ -123,8 +116,8 @@ def test_a_run_without_the_three_motions_says_what_is_needed(recording: Recordin
 
 
 @pytest.fixture
-def copy(directory: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(directory, tmp_path / "copy"))
+def copy(recorded: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(recorded, tmp_path / "copy"))
 
 
 def test_a_corrupt_frame_is_left_out_and_counted(copy: Path, wire: Wire) -> None:
@@ -175,7 +168,7 @@ def test_a_binary_log_is_one_clear_line(copy: Path) -> None:
 
 
 def test_no_directory_is_one_clear_line(tmp_path: Path) -> None:
-    with pytest.raises(RecordingError, match="no directory"):
+    with pytest.raises(RecordingError, match="is not a directory"):
         load_recording(tmp_path / "nowhere")
 
 

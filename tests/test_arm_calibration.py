@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.calibrations import exact_calibration
+from support.identification import exact_calibration
 
 from rfms_can.arm import PUMA_260, PUMA_560, Load
 from rfms_can.arm.calibration import Calibration, as_toml, load_calibration, save_calibration

@@ -22,11 +22,7 @@ from rfms_can.wire.frame import Frame
 Connect = Callable[..., HubPort]
 WAIT_S = 0.05
 
-
-@pytest.fixture(autouse=True)
-def runtime_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("runtime")
 
 
 @pytest.fixture
@@ -181,17 +177,17 @@ def test_a_live_name_is_refused_and_a_stale_socket_replaced(hub: Hub) -> None:
     assert not (directory / SOCKET_FILE).exists()
 
 
-def test_only_the_owner_reaches_a_hub(hub: Hub, runtime_directory: Path) -> None:
+def test_only_the_owner_reaches_a_hub(hub: Hub, runtime: Path) -> None:
     assert hub_directory("bench").stat().st_mode & 0o777 == 0o700
     hub_directory("open").mkdir(mode=0o755)
     with pytest.raises(BusError, match="open to others"):
         Hub("open")
-    (runtime_directory / f"rfms-hub-link-{os.getuid()}").symlink_to(runtime_directory)
+    (runtime / f"rfms-hub-link-{os.getuid()}").symlink_to(runtime)
     with pytest.raises(BusError, match="not a directory of this user"):
         Hub("link")
 
 
-def test_a_hub_that_goes_is_a_bus_error_with_the_way_out(runtime_directory: Path) -> None:
+def test_a_hub_that_goes_is_a_bus_error_with_the_way_out(runtime: Path) -> None:
     hub = Hub("brief")
     thread = threading.Thread(target=hub.run)
     thread.start()

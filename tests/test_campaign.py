@@ -2,13 +2,14 @@
 
 import json
 import math
+from functools import partial
 from pathlib import Path
 
 import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.command_line import Rfms, run_here
+from support.command_line import Rfms
 
 from rfms_can.analysis.campaign import runs as campaign_runs
 from rfms_can.analysis.campaign.conditions import Conditions
@@ -50,8 +51,8 @@ def came(group: Group, seed: int, peak: float = 10.0, *, inserted: bool = True) 
 
 
 @pytest.fixture
-def campaign(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Rfms:
-    return lambda *arguments: run_here(capsys, monkeypatch, "campaign", *arguments)
+def campaign(rfms: Rfms) -> Rfms:
+    return partial(rfms, "campaign")
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,13 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
-from support.command_line import Rfms, end, run_here, start
-from support.served import Running
-from support.system_run import SHORT
+from support.command_line import Rfms, end, start
+from support.server import Running
+from support.system import SHORT
 
 from rfms_can.link.keys import new_client_keys, new_server_keys
 from rfms_can.messages import Query
@@ -32,20 +33,14 @@ def program(arm):
 
 
 @pytest.fixture
-def running(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Running]:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    server = Running(RunSettings(friction="none"), Listening("cell"))
-    yield server
-    server.end()
+def running(runtime: Path) -> Iterator[Running]:
+    with Running(RunSettings(friction="none"), Listening("cell")) as server:
+        yield server
 
 
 @pytest.fixture
-def rfms(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Rfms:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    monkeypatch.chdir(tmp_path)
-    return lambda *arguments: run_here(capsys, monkeypatch, "coordinate", *arguments)
+def coordinate(rfms: Rfms) -> Rfms:
+    return partial(rfms, "coordinate")
 
 
 def written(text: str, name: str = "swing.py") -> Path:
@@ -54,8 +49,8 @@ def written(text: str, name: str = "swing.py") -> Path:
     return path
 
 
-def test_a_program_ends_at_rest_and_gives_the_arm_back(rfms: Rfms, running: Running) -> None:
-    ended = rfms(SHORT, "--server", "cell", "--json")
+def test_a_program_ends_at_rest_and_gives_the_arm_back(coordinate: Rfms, running: Running) -> None:
+    ended = coordinate(SHORT, "--server", "cell", "--json")
     assert ended.code == 0, ended.err
     numbers = json.loads(ended.out)
     assert numbers["server"] == "cell"
@@ -65,7 +60,7 @@ def test_a_program_ends_at_rest_and_gives_the_arm_back(rfms: Rfms, running: Runn
     told = reader.ask(Query()).status
     assert (told.lease, told.at_rest, told.completed) == (None, True, 2)
     assert told.joints == tuple(numbers["joints"])
-    again = rfms(SHORT, "--server", "cell")  # another program, with the same names
+    again = coordinate(SHORT, "--server", "cell")  # another program, with the same names
     assert again.code == 0
     assert "2 moves in" in again.err
 
@@ -80,42 +75,44 @@ def test_a_program_ends_at_rest_and_gives_the_arm_back(rfms: Rfms, running: Runn
     ],
 )
 def test_what_is_wrong_with_a_program_is_one_line(
-    rfms: Rfms, running: Running, text: str, complaint: str
+    coordinate: Rfms, running: Running, text: str, complaint: str
 ) -> None:
-    ended = rfms(written(text), "--server", "cell")
+    ended = coordinate(written(text), "--server", "cell")
     assert ended.code == 1
     assert complaint in ended.complaint
 
 
-def test_no_server_says_what_to_start(rfms: Rfms) -> None:
-    line = rfms(SHORT, "--server", "nobody").complaint
+def test_no_server_says_what_to_start(coordinate: Rfms) -> None:
+    line = coordinate(SHORT, "--server", "nobody").complaint
     assert "no server 'nobody' is running" in line
     assert "rfms serve --name nobody" in line
 
 
-def test_an_address_that_is_none(rfms: Rfms) -> None:
-    assert "tcp://127.0.0.1:PORT" in rfms(SHORT, "--server", "tcp://localhost:5").complaint
+def test_an_address_that_is_none(coordinate: Rfms) -> None:
+    assert "tcp://127.0.0.1:PORT" in coordinate(SHORT, "--server", "tcp://localhost:5").complaint
 
 
-def test_who_controls_the_arm_is_named(rfms: Rfms, running: Running) -> None:
+def test_who_controls_the_arm_is_named(coordinate: Rfms, running: Running) -> None:
     running.client("left cell").acquire(10.0)
-    assert "controlled by 'left cell'" in rfms(SHORT, "--server", "cell").complaint
+    assert "controlled by 'left cell'" in coordinate(SHORT, "--server", "cell").complaint
 
 
-def test_a_fault_is_one_line_and_exit_code_1(rfms: Rfms, running: Running) -> None:
+def test_a_fault_is_one_line_and_exit_code_1(coordinate: Rfms, running: Running) -> None:
     running.client("guard").emergency("smoke")
     running.client("reader").watch(lambda status: status.fault is not None)
-    assert "emergency stop by 'guard': 'smoke'" in rfms(SHORT, "--server", "cell").complaint
+    assert "emergency stop by 'guard': 'smoke'" in coordinate(SHORT, "--server", "cell").complaint
 
 
 @pytest.mark.parametrize("clients", [(), ("left", "right")])
-def test_keys_are_those_of_one_client(rfms: Rfms, tmp_path: Path, clients: tuple[str, ...]) -> None:
+def test_keys_are_those_of_one_client(
+    coordinate: Rfms, tmp_path: Path, clients: tuple[str, ...]
+) -> None:
     new_server_keys(tmp_path / "server")
     (tmp_path / "client").mkdir()
     for name in clients:
         pair = new_client_keys(tmp_path / "server", name)
         pair.rename(tmp_path / "client" / pair.name)
-    line = rfms(SHORT, "--keys", tmp_path / "client").complaint
+    line = coordinate(SHORT, "--keys", tmp_path / "client").complaint
     assert "one NAME.key_secret must be there" in line
     assert (clients[0] if clients else "none") in line
 

@@ -4,21 +4,18 @@ import json
 from pathlib import Path
 
 import pytest
-from support.command_line import run_here
+from support.command_line import Rfms
 
 pytestmark = pytest.mark.system
 
 
 @pytest.mark.parametrize("as_json", [False, True])
 def test_the_demo_tells_how_the_peg_went_in_and_draws_it(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    as_json: bool,
+    tmp_path: Path, rfms: Rfms, as_json: bool
 ) -> None:
     picture = tmp_path / "peg.png"
     words = ("--json",) if as_json else ()
-    ended = run_here(capsys, monkeypatch, "demo", "--picture", picture, *words)
+    ended = rfms("demo", "--picture", picture, *words)
     assert ended.code == 0
     assert picture.read_bytes().startswith(b"\x89PNG\r\n")
     if as_json:

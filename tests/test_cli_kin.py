@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 import typer
-from support.kinematics_golden import distance, golden
+from support.golden import distance, golden
 from typer.testing import CliRunner
 
 from rfms_can.arm import PUMA_260, PUMA_560

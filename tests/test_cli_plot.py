@@ -1,6 +1,7 @@
 """``rfms plot``: from a recorded run to pictures, and one clear line without a recording."""
 
 import json
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
-from support.recorded_run import there_and_back
 from typer.testing import CliRunner, Result
 
 from rfms_can.analysis.canvas import PlotError
@@ -44,15 +44,8 @@ Run = Callable[..., Result]
 
 
 @pytest.fixture(scope="module")
-def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("run")
-    execute(there_and_back, RunSettings(), record=path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def recording(directory: Path, wire: Wire) -> Recording:
-    return load_recording(directory, wire)
+def recording(recorded: Path, wire: Wire) -> Recording:
+    return load_recording(recorded, wire)
 
 
 @pytest.fixture
@@ -67,9 +60,9 @@ def names(directory: Path) -> list[str]:
 
 
 def test_a_run_becomes_an_overview_and_a_sheet_per_quantity(
-    rfms_plot: Run, directory: Path, tmp_path: Path
+    rfms_plot: Run, recorded: Path, tmp_path: Path
 ) -> None:
-    result = rfms_plot(directory, "--out", tmp_path / "new" / "plots")
+    result = rfms_plot(recorded, "--out", tmp_path / "new" / "plots")
     assert result.exit_code == 0, result.output
     assert names(tmp_path / "new" / "plots") == sorted(RUN)
     assert result.stdout.splitlines() == [str(tmp_path / "new/plots" / f"{n}.png") for n in RUN]
@@ -77,10 +70,10 @@ def test_a_run_becomes_an_overview_and_a_sheet_per_quantity(
 
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_thesis_figures_come_in_every_format(
-    rfms_plot: Run, directory: Path, tmp_path: Path, suffix: str
+    rfms_plot: Run, recorded: Path, tmp_path: Path, suffix: str
 ) -> None:
     words = ("--figures", "thesis", "--format", suffix, "--out", tmp_path, "--json")
-    result = rfms_plot(directory, *words)
+    result = rfms_plot(recorded, *words)
     assert result.exit_code == 0, result.output
     report = json.loads(result.stdout)
     assert report["figures"] == [str(tmp_path / f"{name}.{suffix}") for name in THESIS]
@@ -89,10 +82,10 @@ def test_thesis_figures_come_in_every_format(
         assert Path(figure).read_bytes().startswith(MAGIC[suffix])
 
 
-def test_one_joint_is_one_sheet(rfms_plot: Run, directory: Path, tmp_path: Path) -> None:
-    assert rfms_plot(directory, "--joint", 3, "--out", tmp_path).exit_code == 0
+def test_one_joint_is_one_sheet(rfms_plot: Run, recorded: Path, tmp_path: Path) -> None:
+    assert rfms_plot(recorded, "--joint", 3, "--out", tmp_path).exit_code == 0
     assert names(tmp_path) == ["joint_3"]
-    assert rfms_plot(directory, "--joint", 7, "--out", tmp_path).exit_code == 2
+    assert rfms_plot(recorded, "--joint", 7, "--out", tmp_path).exit_code == 2
 
 
 def test_the_overview_shows_six_joints_and_the_bound(recording: Recording) -> None:
@@ -163,14 +156,13 @@ def test_every_term_of_a_torque_has_a_colour_and_a_panel() -> None:
 
 
 def test_recorded_terms_are_drawn_and_add_up_to_what_the_dac_was_told(
-    rfms_plot: Run, tmp_path: Path, wire: Wire
+    rfms_plot: Run, recorded_with_terms: Path, tmp_path: Path, wire: Wire
 ) -> None:
-    execute(there_and_back, RunSettings(), record=tmp_path, terms=True)
-    assert rfms_plot(tmp_path, "--out", tmp_path / "all").exit_code == 0
+    assert rfms_plot(recorded_with_terms, "--out", tmp_path / "all").exit_code == 0
     assert names(tmp_path / "all") == sorted([*RUN, "terms"])
-    assert rfms_plot(tmp_path, "--joint", 2, "--out", tmp_path / "one").exit_code == 0
+    assert rfms_plot(recorded_with_terms, "--joint", 2, "--out", tmp_path / "one").exit_code == 0
     assert names(tmp_path / "one") == ["joint_2", "joint_2_terms"]
-    recording = load_recording(tmp_path, wire)
+    recording = load_recording(recorded_with_terms, wire)
     assert recording.terms is not None
     for joint, terms in enumerate(recording.terms):
         row = np.searchsorted(recording.log.cycle, terms.cycle)
@@ -189,18 +181,16 @@ def test_recorded_terms_are_drawn_and_add_up_to_what_the_dac_was_told(
 
 @pytest.mark.parametrize("spoil", ["bytes", "names"])
 def test_terms_that_cannot_be_read_are_one_clear_line(
-    rfms_plot: Run, directory: Path, spoil: str
+    rfms_plot: Run, recorded: Path, tmp_path: Path, spoil: str
 ) -> None:
-    path = directory / TERMS
+    copy = Path(shutil.copytree(recorded, tmp_path / "copy"))
+    path = copy / TERMS
     if spoil == "bytes":
         path.write_bytes(b"no archive")
     else:
         tables = {f"joint_{joint}": np.zeros((1, 2)) for joint in range(1, 7)}
         np.savez(path, allow_pickle=False, terms=np.array(["p"]), **tables)
-    try:
-        result = rfms_plot(directory)
-    finally:
-        path.unlink()
+    result = rfms_plot(copy)
     assert isinstance(result.exception, RecordingError)
     assert TERMS in str(result.exception)
 
@@ -212,22 +202,22 @@ def test_a_directory_without_a_run_is_one_clear_line(rfms_plot: Run, tmp_path: P
 
 
 def test_an_out_that_is_a_file_is_one_clear_line(
-    rfms_plot: Run, directory: Path, tmp_path: Path
+    rfms_plot: Run, recorded: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "taken").write_text("")
-    result = rfms_plot(directory, "--out", tmp_path / "taken")
+    result = rfms_plot(recorded, "--out", tmp_path / "taken")
     assert isinstance(result.exception, PlotError)
     assert "cannot write" in str(result.exception)
 
 
 def test_without_matplotlib_the_way_out_is_named(
-    rfms_plot: Run, directory: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    rfms_plot: Run, recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [n for n in sys.modules if n.startswith("rfms_can.analysis.")]:
         if name.rpartition(".")[2] in ("canvas", "plots", "thesis_figures"):
             monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    result = rfms_plot(directory, "--out", tmp_path)
+    result = rfms_plot(recorded, "--out", tmp_path)
     assert type(result.exception).__name__ == "PlotError"
     assert "pip install 'rfms_can[viz]'" in str(result.exception)
     assert names(tmp_path) == []

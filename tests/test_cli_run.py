@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.command_line import Rfms, run_here
-from support.system_run import SHORT
+from support.command_line import Rfms
+from support.system import SHORT
 
 from rfms_can import __version__
 from rfms_can.cli.options import DEFAULT_BUS, settings_from
@@ -25,16 +25,10 @@ def program(arm):
 
 
 @pytest.fixture(autouse=True)
-def directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def directory(runtime: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A place without a config file and without hubs."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    return tmp_path
-
-
-@pytest.fixture
-def rfms(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Rfms:
-    return lambda *arguments: run_here(capsys, monkeypatch, *arguments)
+    monkeypatch.chdir(runtime)
+    return runtime
 
 
 @pytest.fixture

@@ -9,25 +9,14 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from support.command_line import Rfms, run_here
-from support.served import Client
-from test_link_sockets import free_port
-from test_system_serve import move
+from support.command_line import Rfms
+from support.server import Client, free_port
 
 from rfms_can.cli.serve import latency_lines
 from rfms_can.errors import LinkError
 from rfms_can.link.client import ClientSocket
 from rfms_can.link.keys import ClientKeys
 from rfms_can.messages import LeaseRequest, MoveOver, Query, ServerNumbers
-
-
-@pytest.fixture
-def rfms(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> Rfms:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    return partial(run_here, capsys, monkeypatch)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +80,7 @@ def connected() -> Client:
 def test_serving_until_a_signal(rfms: Rfms, tmp_path: Path) -> None:
     def talk() -> None:
         client = connected()
-        client.wait(MoveOver(move(client, seconds=0.5)))
+        client.wait(MoveOver(client.move(seconds=0.5)))
         client.done(LeaseRequest("release"))
         client.close()
 

@@ -1,11 +1,12 @@
 """``rfms stability``: poles of a pose, counts of a survey, a map; bad input in one line."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command_line import Ended, Rfms, run_here
+from support.command_line import Ended, Rfms
 
 from rfms_can.arm import PUMA_560
 from rfms_can.cli.stability import frame_of
@@ -17,8 +18,8 @@ UNSTABLE = "0.3,0.4,-2.0,0.2,0.9,0.1"
 
 
 @pytest.fixture
-def stability(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Rfms:
-    return lambda *arguments: run_here(capsys, monkeypatch, "stability", *arguments)
+def stability(rfms: Rfms) -> Rfms:
+    return partial(rfms, "stability")
 
 
 def flat(ended: Ended) -> str:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from support.kinematics_golden import golden
+from support.golden import golden
 
 from rfms_can.arm import ARMS, PUMA_260, PUMA_560, Arm
 from rfms_can.compliance import (

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from support.fake_link import FakeLink
+from support.link import FakeLink
 
 from rfms_can.coordinator import Arm, Equation, Expression, Transform
 from rfms_can.errors import EquationError, FaultError, MoveError, ProgramError, TransformError

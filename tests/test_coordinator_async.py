@@ -5,8 +5,8 @@ import inspect
 from collections.abc import Awaitable, Callable
 
 import pytest
-from support.core_socket import AsyncCoreSocket, CoreSocket
-from support.server_bench import SECOND, Bench, Coordinator
+from support.link import AsyncCoreSocket, CoreSocket
+from support.server import SECOND, Coordinator, ServerBench
 
 from rfms_can.coordinator import Arm, AsyncArm, Transform, connect_async
 from rfms_can.coordinator.aio_remote import AsyncRemoteLink
@@ -19,12 +19,12 @@ LONG_LEASE_S = 10.0
 
 
 @pytest.fixture
-def bench(wire: Wire) -> Bench:
-    return Bench(wire)
+def bench(wire: Wire) -> ServerBench:
+    return ServerBench(wire)
 
 
 @pytest.fixture
-def socket(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> CoreSocket:
+def socket(bench: ServerBench, monkeypatch: pytest.MonkeyPatch) -> CoreSocket:
     """The socket ``connect_async`` gets leads here."""
     one = CoreSocket(bench, b"program")
     monkeypatch.setattr(
@@ -68,11 +68,11 @@ def test_the_twins_have_the_same_words_with_the_same_arguments() -> None:
 
 
 @pytest.mark.system
-def test_a_program_moves_the_arm_as_its_twin_does(bench: Bench, wire: Wire) -> None:
+def test_a_program_moves_the_arm_as_its_twin_does(bench: ServerBench, wire: Wire) -> None:
     """Every frame of every cycle has the same payload."""
     frames = []
     for twin in (False, True):
-        here = Bench(wire)
+        here = ServerBench(wire)
         socket = CoreSocket(here, b"program")
         if twin:
             asyncio.run(awaited(AsyncCoreSocket(socket)))
@@ -137,7 +137,7 @@ def test_all_words_reach_the_server(socket: CoreSocket) -> None:
 # --- parts side by side ------------------------------------------------------------------------
 
 
-def test_each_part_is_woken_in_its_own_cycle(bench: Bench, socket: CoreSocket) -> None:
+def test_each_part_is_woken_in_its_own_cycle(bench: ServerBench, socket: CoreSocket) -> None:
     woken: list[tuple[str, int]] = []
 
     async def beat(arm: AsyncArm, name: str, seconds: float, times: int) -> str:
@@ -288,7 +288,9 @@ def test_a_part_that_fails_before_another_has_begun(socket: CoreSocket) -> None:
 
 
 @pytest.mark.system
-def test_after_an_exception_the_arm_rests_on_its_way(bench: Bench, socket: CoreSocket) -> None:
+def test_after_an_exception_the_arm_rests_on_its_way(
+    bench: ServerBench, socket: CoreSocket
+) -> None:
     start = bench.t6.pz
 
     async def program(arm: AsyncArm) -> None:
@@ -305,7 +307,7 @@ def test_after_an_exception_the_arm_rests_on_its_way(bench: Bench, socket: CoreS
     assert socket.closed
 
 
-def test_a_fault_ends_every_part(bench: Bench, socket: CoreSocket) -> None:
+def test_a_fault_ends_every_part(bench: ServerBench, socket: CoreSocket) -> None:
     ended: list[type[BaseException]] = []
 
     async def waits(arm: AsyncArm) -> None:
@@ -329,7 +331,7 @@ def test_a_fault_ends_every_part(bench: Bench, socket: CoreSocket) -> None:
     assert set(ended) <= {FaultError, asyncio.CancelledError}
 
 
-def test_another_program_is_refused_by_name(bench: Bench, socket: CoreSocket) -> None:
+def test_another_program_is_refused_by_name(bench: ServerBench, socket: CoreSocket) -> None:
     Coordinator(bench, "left cell").acquire(5.0)
 
     async def program(_: AsyncArm) -> None:
@@ -340,7 +342,7 @@ def test_another_program_is_refused_by_name(bench: Bench, socket: CoreSocket) ->
     assert socket.closed
 
 
-def test_a_lapse_ends_the_program(bench: Bench, socket: CoreSocket) -> None:
+def test_a_lapse_ends_the_program(bench: ServerBench, socket: CoreSocket) -> None:
     async def program(arm: AsyncArm) -> None:
         await arm.sleep(0.02)
         socket.late_ns = 11 * SECOND

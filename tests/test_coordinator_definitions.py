@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import pytest
-from support.fake_link import FakeLink
+from support.link import FakeLink
 
 from rfms_can.coordinator import (
     Arm,

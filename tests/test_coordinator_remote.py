@@ -4,10 +4,9 @@ from collections.abc import Callable
 
 import msgspec
 import pytest
-from support.core_socket import CoreSocket
-from support.server_bench import SECOND, Bench, Coordinator
-from support.short_program import program
-from support.statuses import status
+from support.link import CoreSocket, status
+from support.programs.short_program import program
+from support.server import SECOND, Coordinator, ServerBench
 
 from rfms_can.coordinator import Arm, connect, emergency_stop
 from rfms_can.coordinator.conversation import ANSWER_S, UNREAD, Conversation, Lease
@@ -37,12 +36,12 @@ LONG_LEASE_S = 10.0
 
 
 @pytest.fixture
-def bench(wire: Wire) -> Bench:
-    return Bench(wire)
+def bench(wire: Wire) -> ServerBench:
+    return ServerBench(wire)
 
 
 @pytest.fixture
-def socket(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> CoreSocket:
+def socket(bench: ServerBench, monkeypatch: pytest.MonkeyPatch) -> CoreSocket:
     """The socket ``connect`` gets."""
     one = CoreSocket(bench, b"program")
     monkeypatch.setattr("rfms_can.coordinator.connection.ClientSocket", lambda *_: one)
@@ -77,7 +76,7 @@ def lift(arm: Arm, seconds: float = 0.6, height: float = 0.03) -> int:
 
 @pytest.mark.system
 def test_a_program_moves_the_arm_as_in_the_masters_process(
-    bench: Bench, arm: Arm, wire: Wire
+    bench: ServerBench, arm: Arm, wire: Wire
 ) -> None:
     """Every frame of every cycle has the same payload."""
     rig = SimulatedRig(RunSettings(friction="none"), wire)
@@ -94,7 +93,7 @@ def test_a_program_moves_the_arm_as_in_the_masters_process(
 
 
 @pytest.mark.system
-def test_what_is_seen_of_the_arm_is_what_the_server_tells(bench: Bench, arm: Arm) -> None:
+def test_what_is_seen_of_the_arm_is_what_the_server_tells(bench: ServerBench, arm: Arm) -> None:
     before = arm.pose
     arm.wait(lift(arm))
     told = bench.server.status()
@@ -215,7 +214,7 @@ def test_an_error_that_is_not_known_is_a_program_error(name: str) -> None:
     assert str(error) == "why"
 
 
-def test_a_fault_ends_a_wait_and_all_that_follows(bench: Bench, arm: Arm) -> None:
+def test_a_fault_ends_a_wait_and_all_that_follows(bench: ServerBench, arm: Arm) -> None:
     arm.sleep(0.04)
     bench.emergency("guard", "a hand in the cell")
     waits: tuple[Callable[[], None], ...] = (arm.wait, lambda: arm.sleep(1.0), arm.stop)
@@ -289,7 +288,7 @@ def test_a_server_that_says_nothing_at_first(socket: CoreSocket) -> None:
 # --- the lease ---------------------------------------------------------------------------------
 
 
-def test_a_long_wait_renews_the_lease(bench: Bench, socket: CoreSocket) -> None:
+def test_a_long_wait_renews_the_lease(bench: ServerBench, socket: CoreSocket) -> None:
     link = RemoteLink(socket, "cell", 0.5, now=socket.now)
     link.acquire()
     Arm(link).sleep(6.0)
@@ -300,7 +299,9 @@ def test_a_long_wait_renews_the_lease(bench: Bench, socket: CoreSocket) -> None:
     assert bench.server.holder == "cell"
 
 
-def test_a_lease_that_lapsed_ends_the_program(bench: Bench, socket: CoreSocket, arm: Arm) -> None:
+def test_a_lease_that_lapsed_ends_the_program(
+    bench: ServerBench, socket: CoreSocket, arm: Arm
+) -> None:
     lift(arm)
     arm.sleep(0.02)
     socket.late_ns = 11 * SECOND
@@ -311,7 +312,7 @@ def test_a_lease_that_lapsed_ends_the_program(bench: Bench, socket: CoreSocket, 
         arm.move("up", "slow")
 
 
-def test_another_program_is_refused_by_name(bench: Bench, socket: CoreSocket) -> None:
+def test_another_program_is_refused_by_name(bench: ServerBench, socket: CoreSocket) -> None:
     Coordinator(bench, "left cell").acquire(5.0)
     with pytest.raises(LeaseError, match="controlled by 'left cell'"), connect("bench"):
         raise AssertionError("the arm is not ours")
@@ -321,7 +322,7 @@ def test_another_program_is_refused_by_name(bench: Bench, socket: CoreSocket) ->
 
 @pytest.mark.system
 def test_at_its_end_a_program_has_moved_and_gives_the_arm_back(
-    bench: Bench, socket: CoreSocket
+    bench: ServerBench, socket: CoreSocket
 ) -> None:
     with connect("bench", name="cell 1", lease_s=LONG_LEASE_S) as arm:
         assert bench.server.holder == "cell 1"
@@ -337,7 +338,9 @@ class MistakeError(Exception):
 
 
 @pytest.mark.system
-def test_after_an_exception_the_arm_rests_on_its_way(bench: Bench, socket: CoreSocket) -> None:
+def test_after_an_exception_the_arm_rests_on_its_way(
+    bench: ServerBench, socket: CoreSocket
+) -> None:
     with (
         pytest.raises(MistakeError, match="half way"),
         connect("bench", lease_s=LONG_LEASE_S) as arm,
@@ -354,7 +357,7 @@ def test_after_an_exception_the_arm_rests_on_its_way(bench: Bench, socket: CoreS
 
 @pytest.mark.system
 def test_whoever_wants_the_program_to_end_gets_an_arm_at_rest(
-    bench: Bench, socket: CoreSocket
+    bench: ServerBench, socket: CoreSocket
 ) -> None:
     seen: list[int] = []
     with (
@@ -374,7 +377,7 @@ def test_whoever_wants_the_program_to_end_gets_an_arm_at_rest(
 
 
 def test_the_thread_renews_the_lease_while_the_program_computes(
-    bench: Bench, socket: CoreSocket
+    bench: ServerBench, socket: CoreSocket
 ) -> None:
     """In real time, so with a lease that is short; what is renewed is counted, not timed."""
     with connect("bench", lease_s=0.1):
@@ -388,7 +391,9 @@ def test_the_thread_renews_the_lease_while_the_program_computes(
     assert last.action == "release"
 
 
-def test_an_emergency_stop_needs_no_lease(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_emergency_stop_needs_no_lease(
+    bench: ServerBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     taken: list[bytes] = []
     one = CoreSocket(bench, b"guard")
     one.emergency = taken.append  # type: ignore[attr-defined]
@@ -427,7 +432,7 @@ def test_a_late_status_does_not_set_the_clock_back() -> None:
     assert conversation.status.cycle == 10
 
 
-def test_a_reader_needs_no_lease(bench: Bench, socket: CoreSocket) -> None:
+def test_a_reader_needs_no_lease(bench: ServerBench, socket: CoreSocket) -> None:
     link = RemoteLink(socket, "reader", 1.0, now=socket.now)
     with pytest.raises(LeaseError, match="this session does not control the arm"):
         link.request(MoveRequest("up", "slow"))

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 
 import pytest
-from support.statuses import status
+from support.link import status
 
 from rfms_can.coordinator.stopping import STOPPING_S, stopped, wait_for, wait_for_rest
 from rfms_can.errors import ProgramError

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.served import Running
+from support.server import Running
 
 from rfms_can import coordinator
 from rfms_can.coordinator import Arm
@@ -26,11 +26,9 @@ PIECES = [block for block in BLOCKS if block not in FILES and block not in SCRIP
 
 
 @pytest.fixture
-def running(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Running]:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    server = Running(RunSettings(), Listening("rfms"))
-    yield server
-    server.end()
+def running(runtime: Path) -> Iterator[Running]:
+    with Running(RunSettings(), Listening("rfms")) as server:
+        yield server
 
 
 def test_the_page_has_all_kinds() -> None:

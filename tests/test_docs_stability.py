@@ -5,7 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from support.command_line import run_here
+from support.command_line import Rfms
 
 from rfms_can.analysis.stability import largest_frequency
 from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
@@ -23,10 +23,8 @@ def test_the_page_has_examples() -> None:
 
 
 @pytest.mark.parametrize(("command", "printed"), EXAMPLES, ids=[c for c, _ in EXAMPLES])
-def test_a_command_prints_what_the_page_says(
-    command: str, printed: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ended = run_here(capsys, monkeypatch, *shlex.split(command))
+def test_a_command_prints_what_the_page_says(command: str, printed: str, rfms: Rfms) -> None:
+    ended = rfms(*shlex.split(command))
     shown = " ".join(ended.out.split())
     for line in printed.splitlines():
         assert line in shown

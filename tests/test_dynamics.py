@@ -1,28 +1,18 @@
 """Pinocchio's model of each arm against golden data, and identities between its functions."""
 
-import gzip
-import json
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
+from support.golden import golden
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.dynamics.rigid_body import ArmDynamics
 
-GOLDEN = Path(__file__).parent / "golden"
 arms = pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))
-
-
-def golden(arm: Arm) -> dict[str, Any]:
-    with gzip.open(GOLDEN / f"{arm.name}_dynamics.json.gz", "rt") as file:
-        return dict(json.load(file))
 
 
 @arms
 def test_golden_jacobian_inertia_and_gravity(arm: Arm) -> None:
-    data, dynamics = golden(arm), ArmDynamics(arm)
+    data, dynamics = golden(f"{arm.name}_dynamics"), ArmDynamics(arm)
     for case in data["cases"]:
         dynamics.update(case["q"])
         M = np.array(case["M_links"]) + np.diag(data["armature"])
@@ -41,7 +31,7 @@ def test_gravity_holds_an_outstretched_arm_up(arm: Arm) -> None:
 @arms
 def test_inertia_is_symmetric_and_positive_with_at_least_the_armature(arm: Arm) -> None:
     dynamics = ArmDynamics(arm)
-    for case in golden(arm)["cases"][:20]:
+    for case in golden(f"{arm.name}_dynamics")["cases"][:20]:
         M = dynamics.inertia_matrix(case["q"])
         assert (M == M.T).all()
         links = M - np.diag([drive.armature for drive in arm.drives])
@@ -61,7 +51,7 @@ def test_kept_arrays_survive_the_next_update(arm: Arm) -> None:
 def test_torque_limits_carry_the_acceleration_limits_everywhere(arm: Arm) -> None:
     """One joint at its acceleration limit, against gravity, friction and its speed, anywhere."""
     dynamics = ArmDynamics(arm)
-    for case in golden(arm)["cases"]:
+    for case in golden(f"{arm.name}_dynamics")["cases"]:
         dynamics.update(case["q"])
         for i, drive in enumerate(arm.drives):
             friction = arm.friction_sets["corke"][i]

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from example_run import example
-from support.force_run import across, run
+from support.system import across, run
 
 from rfms_can.coordinator import ProgramError
 from rfms_can.rig.runner import execute

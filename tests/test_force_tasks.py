@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from example_run import example
-from support.force_run import Run, after, pushed, rms, run, runs, touches
+from support.system import Run, after, pushed, rms, run, runs, touches
 
 from rfms_can.arm import PUMA_560
 from rfms_can.coordinator import Arm, ProgramError, Transform

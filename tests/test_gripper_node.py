@@ -1,7 +1,7 @@
 """The gripper node: homes on its stop, opens, closes and holds, and has the same ladder."""
 
 import pytest
-from support.node_bench import PERIOD_NS, Bench, Heard
+from support.bench import PERIOD_NS, FieldNodeBench, Heard
 
 from rfms_can.arm import PUMA_260, Arm
 from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_FRACTION, GripperNode
@@ -23,12 +23,12 @@ from rfms_can.wire.vocabulary import (
 FULL = 2047  # 2048 codes are the force limit; the converter ends one before
 
 
-class GripperBench(Bench):
+class GripperBench(FieldNodeBench[GripperNode]):
     """The gripper node and its jaw's board."""
 
     def __init__(self, wire: Wire, arm: Arm = PUMA_260) -> None:
-        self.node = GripperNode(wire, 0x107, PERIOD_NS)
-        super().__init__(self.node, wire, all_parameters(arm, "corke", PERIOD_NS * 1e-9)[GRIPPER])
+        node = GripperNode(wire, 0x107, PERIOD_NS)
+        super().__init__(node, wire, all_parameters(arm, "corke", PERIOD_NS * 1e-9)[GRIPPER])
         self.arm = arm
 
     def measure(self, counts: int, cycle: int | None = None) -> list[Heard]:

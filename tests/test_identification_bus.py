@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command_line import MAIN, run_here
-from support.ideal_experiments import ideal_data
+from support.command_line import MAIN, Rfms
+from support.identification import ideal_data
 
 from rfms_can.arm import arm_by_name
 from rfms_can.identification.compensation_comparison import (
@@ -187,18 +187,16 @@ def all_data(directory: Path, plant: str) -> None:
         save(task.path, ideal_data(task.experiment, variant), task.digest)
 
 
-def test_the_command_writes_a_calibration_a_run_can_use(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_command_writes_a_calibration_a_run_can_use(tmp_path: Path, rfms: Rfms) -> None:
     all_data(tmp_path / "data", "table41")
     out, arguments = tmp_path / "arm.toml", ("--arm", "puma560", "--plant", "table41")
     where = ("--out", str(out), "--data", str(tmp_path / "data"))
-    ended = run_here(capsys, monkeypatch, "identify", *arguments, *where, "--json")
+    ended = rfms("identify", *arguments, *where, "--json")
     told = json.loads(ended.out)
     assert told["constants"]["b12"]["verdict"] == "impossible"
     assert abs(told["constants"]["c21"]["error"]) < 0.02
     plots = ("--report", str(tmp_path / "figures"))
-    ended = run_here(capsys, monkeypatch, "identify", *arguments, *where, *plots)
+    ended = rfms("identify", *arguments, *where, *plots)
     for line in ("Table 4.1", "impossible: positive", "Newton-Euler, whole", str(out)):
         assert line in ended.out
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
@@ -209,12 +207,10 @@ def test_the_command_writes_a_calibration_a_run_can_use(
     assert RunSettings(arm="puma560", calibration=str(out)).master().calibration is not None
 
 
-def test_the_command_refuses_an_encoder_that_counts_backwards(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_command_refuses_an_encoder_that_counts_backwards(tmp_path: Path, rfms: Rfms) -> None:
     out = tmp_path / "arm.toml"
     arguments = ("--arm", "puma560", "--plant", "perturbed:1", "--out", str(out))
-    ended = run_here(capsys, monkeypatch, "identify", *arguments)
+    ended = rfms("identify", *arguments)
     assert "joint 1: its encoder counts backwards" in ended.complaint
     assert not out.exists()
 

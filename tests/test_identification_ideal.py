@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.ideal_experiments import ideal_data, ideal_experiments
+from support.identification import ideal_data, ideal_experiments
 
 from rfms_can.arm import JOINT_COUNT, arm_by_name
 from rfms_can.arm.calibration import Calibration

@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS
+from support.bench import PERIOD_NS
+from support.joint_bench import JointBench, step_limit
 
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.wire.contract import Wire
@@ -16,11 +16,6 @@ PERIOD = PERIOD_NS * 1e-9
 @pytest.fixture
 def bench(wire: Wire) -> JointBench:
     return JointBench(wire).enable()
-
-
-def step_limit(bench: JointBench) -> float:
-    """Largest step of a set-point or a measurement, rad in one cycle."""
-    return 1.5 * bench.parameters[Parameter.SPEED_LIMIT] * PERIOD
 
 
 def code_of_one_cycle(bench: JointBench) -> int:

@@ -1,8 +1,8 @@
 """The configuration dialogue, seen from a joint node."""
 
 import pytest
+from support.bench import PERIOD_NS
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS
 
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Config

@@ -3,8 +3,8 @@
 from typing import Any
 
 import pytest
+from support.bench import PERIOD_NS, FieldNodeBench
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS, Bench
 
 from rfms_can.arm import ARMS, PUMA_260
 from rfms_can.joint_nodes.controller import JointController, usable_arm
@@ -37,7 +37,7 @@ class Listener:
         self.told.append("lost")
 
 
-class LifeBench(Bench):
+class LifeBench(FieldNodeBench[FieldNode]):
     """A field node that drives nothing."""
 
     def __init__(self, wire: Wire) -> None:
@@ -57,11 +57,11 @@ class LifeBench(Bench):
 def test_a_controller_is_made_by_commit_and_told_of_states_and_cycles(wire: Wire) -> None:
     bench = LifeBench(wire)
     bench.sync(NodeState.PREOP)
-    assert bench.field_node.controller is None
+    assert bench.node.controller is None
     bench.configure()
     (listener,) = bench.built
     assert listener is not None
-    assert bench.field_node.controller is listener
+    assert bench.node.controller is listener
     bench.command(Command.HOME)
     bench.sync(NodeState.HOMING)
     bench.miss_syncs(1)
@@ -72,12 +72,12 @@ def test_a_refused_or_changed_configuration_leaves_no_controller(wire: Wire) -> 
     bench = LifeBench(wire)
     bench.configure()
     bench.say(Config, 3, Parameter.KP, 0, -1.0, 0)
-    assert bench.field_node.controller is None
+    assert bench.node.controller is None
     bench.parameters[Parameter.KP] = -1.0
     bench.commit()
     assert bench.built[-1] is None
-    assert bench.field_node.controller is None
-    assert bench.field_node.config_hash == 0
+    assert bench.node.controller is None
+    assert bench.node.config_hash == 0
 
 
 def test_torque_is_dropped_once_and_after_the_emergency_message(wire: Wire) -> None:

@@ -1,8 +1,8 @@
 """The safety ladder of a joint node (R1 hold, R2 stop, R3 damp, R4 off), without any master."""
 
 import pytest
+from support.bench import PERIOD_NS
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.ladder import LADDERS, Ladder, Reaction
 from rfms_can.wire.contract import Wire

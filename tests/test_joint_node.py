@@ -4,8 +4,8 @@ import random
 from collections.abc import Callable
 
 import pytest
-from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS, Heard
+from support.bench import PERIOD_NS, Heard
+from support.joint_bench import JointBench, step_limit
 
 from rfms_can.arm import ARMS
 from rfms_can.joint_nodes.joint import JointNode
@@ -15,7 +15,7 @@ from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Estop, Setpoint, Sync
-from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
+from rfms_can.wire.vocabulary import Command, FaultCode, NodeState
 
 PERIOD = PERIOD_NS * 1e-9
 
@@ -23,11 +23,6 @@ PERIOD = PERIOD_NS * 1e-9
 @pytest.fixture
 def bench(wire: Wire) -> JointBench:
     return JointBench(wire).enable()
-
-
-def step_limit(bench: JointBench) -> float:
-    """Largest step of a set-point or a measurement, rad in one cycle."""
-    return 1.5 * bench.parameters[Parameter.SPEED_LIMIT] * PERIOD
 
 
 # --- own solution, own error ------------------------------------------------------------------

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.bench import PERIOD_NS
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.wire.codec import load_database
@@ -124,7 +124,7 @@ STATES = ("boot", "preop", "homing", "ready", "operational", "quickstop", "dampe
 def node_in(state: str, wire: Wire) -> JointBench:
     bench = JointBench(wire)
     if state == "boot":
-        bench.field_node = bench.node = JointNode(2, wire, 1, PERIOD_NS)
+        bench.node = JointNode(2, wire, 1, PERIOD_NS)
     elif state in ("homing", "ready"):
         bench.configure()
         bench.command(Command.HOME)

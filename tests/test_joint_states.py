@@ -3,8 +3,8 @@
 from itertools import product
 
 import pytest
+from support.bench import PERIOD_NS
 from support.joint_bench import JointBench
-from support.node_bench import PERIOD_NS
 
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.joint_nodes.states import (

@@ -1,5 +1,6 @@
 """What a torque is made of: the terms add up to it, whatever drives the joint, and cost nothing."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.joint_bench import JointBench
-from support.recorded_run import there_and_back
+from support.programs.there_and_back import program
 
 from rfms_can.arm import PUMA_560
 from rfms_can.joint_nodes.compliance import RowSets
@@ -115,20 +116,19 @@ def test_every_torque_of_a_joint_is_recorded_whatever_drives_it(wire: Wire) -> N
 
 
 @pytest.mark.system
-def test_a_run_records_the_terms_of_all_joints(tmp_path: Path) -> None:
-    outcome = execute(there_and_back, RunSettings(), record=tmp_path, terms=True)
-    assert outcome.fault is None
-    with np.load(tmp_path / TERMS, allow_pickle=False) as file:
+def test_a_run_records_the_terms_of_all_joints(recorded_with_terms: Path) -> None:
+    cycles = json.loads((recorded_with_terms / "summary.json").read_text())["cycles"]
+    with np.load(recorded_with_terms / TERMS, allow_pickle=False) as file:
         assert tuple(file["terms"]) == ServoTerms._fields
         for joint in range(1, 7):
             rows = file[joint_key(joint)]
             assert rows[:, 0].tolist() == list(range(len(rows)))
-            assert len(rows) == outcome.result.cycles
+            assert len(rows) == cycles
 
 
 @pytest.mark.parametrize("bus", ["sim", "hub:none"])
 def test_terms_need_a_directory_and_the_simulated_bus(bus: str, tmp_path: Path) -> None:
     record = None if bus == "sim" else tmp_path / "run"
     with pytest.raises(SettingsError, match="--terms needs --record DIRECTORY and bus 'sim'"):
-        execute(there_and_back, RunSettings(bus=bus), record=record, terms=True)
+        execute(program, RunSettings(bus=bus), record=record, terms=True)
     assert not (tmp_path / "run").exists()

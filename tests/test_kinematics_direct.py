@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from support.kinematics_golden import ARMS, distance, golden, homogeneous, matrix
+from support.golden import ARMS, distance, golden, homogeneous, matrix
 
 from rfms_can.arm import PUMA_260, PUMA_560, Arm
 from rfms_can.errors import SingularityError

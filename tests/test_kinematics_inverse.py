@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from support.kinematics_golden import ARMS, distance, golden, turned_distance
+from support.golden import ARMS, distance, golden, turned_distance
 
 from rfms_can.arm import PUMA_260, PUMA_560, Arm
 from rfms_can.errors import JointLimitError, KinematicsError, UnreachableError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from support.kinematics_golden import ARMS, distance, golden
+from support.golden import ARMS, distance, golden
 
 from rfms_can.arm import PUMA_260, PUMA_560, Arm
 from rfms_can.errors import JointLimitError, KinematicsError, UnreachableError

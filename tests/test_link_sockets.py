@@ -2,13 +2,13 @@
 
 import asyncio
 import os
-import socket
 import stat
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.server import free_port
 
 from rfms_can.errors import LinkError
 from rfms_can.link.address import (
@@ -29,32 +29,13 @@ from rfms_can.messages import MAX_BYTES
 LONG_S = 5.0
 SHORT_S = 0.2
 
-
-@pytest.fixture(autouse=True)
-def runtime_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("runtime")
 
 
 @pytest.fixture
 def server() -> Iterator[ServerSocket]:
     with ServerSocket("bench") as serving:
         yield serving
-
-
-def free_port() -> int:
-    """A port with two free ones after it."""
-    while True:
-        with socket.socket() as first:
-            first.bind(("127.0.0.1", 0))
-            port = int(first.getsockname()[1])
-        try:
-            for number in (port, port + 1, port + 2):
-                with socket.socket() as one:
-                    one.bind(("127.0.0.1", number))
-        except OSError:
-            continue
-        return port
 
 
 def echo(server: ServerSocket) -> list[bytes]:

@@ -1,8 +1,8 @@
 """From power-up to an enabled arm: who is there, what each holds, who is named when it fails."""
 
 import pytest
-from support.node_bench import PERIOD_NS
-from support.nodes_rig import Fleet
+from support.bench import PERIOD_NS
+from support.fleet import Fleet
 
 from rfms_can.arm import PUMA_260
 from rfms_can.joint_nodes.joint import JointNode

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 import pytest
-from support.nodes_rig import Fleet
+from support.fleet import Fleet
 
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import CLOCKS, Clock, MasterSettings

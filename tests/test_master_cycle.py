@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from support.node_bench import PERIOD_NS
-from support.nodes_rig import Fleet
+from support.bench import PERIOD_NS
+from support.fleet import Fleet
 
 from rfms_can.arm import PUMA_260
 from rfms_can.arm.load import NOTHING

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import pytest
-from support.nodes_rig import Fleet
+from support.fleet import Fleet
 
 from rfms_can.master.answers import SILENCE_BOUND, Answers, bit
 from rfms_can.master.phases import Phase

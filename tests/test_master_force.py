@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from support.force_rig import PushedFleet
+from support.fleet import PushedFleet
 
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import direct

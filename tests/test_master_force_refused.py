@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from support.force_rig import PushedFleet
+from support.fleet import PushedFleet
 
 from rfms_can.arm.wrist import FORCE_RANGE
 from rfms_can.compliance import SelectionError

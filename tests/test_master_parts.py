@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from support.nodes_rig import Fleet
+from support.fleet import Fleet
 
 from rfms_can.arm import PUMA_260
 from rfms_can.arm.load import NOTHING

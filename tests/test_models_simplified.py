@@ -3,15 +3,14 @@
 Convention A of Chapter IV is checked from its own kinematic chain, not by our map.
 """
 
-import json
 import math
 import random
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.golden import golden
 
 from rfms_can.arm import ARMS, PUMA_560, Arm, Load, known_load, load_alone
 from rfms_can.dynamics.fitted import fitted_constants, random_poses
@@ -28,13 +27,11 @@ from rfms_can.dynamics.terms import (
 from rfms_can.errors import ArmError
 from rfms_can.kinematics import direct, jacobian
 
-GOLDEN: dict[str, Any] = json.loads(
-    (Path(__file__).parent / "golden" / "simplified_model_constants.json").read_text("utf-8")
-)
+GOLDEN: dict[str, Any] = golden("simplified_model_constants")
 arms = pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))
 
 
-def golden(key: str, actuators: str) -> dict[str, float]:
+def constants_of(key: str, actuators: str) -> dict[str, float]:
     """Golden constants by our names: with Ia, and the wrist's part of c32 taken out."""
     constants = dict(GOLDEN[key])
     constants["c22"] = constants.pop("c22_S2")
@@ -52,10 +49,10 @@ def golden(key: str, actuators: str) -> dict[str, float]:
     ],
 )
 def test_golden_constants(arm: Arm, key: str, actuators: str) -> None:
-    ours, theirs = fitted_constants(ArmDynamics(arm)), golden(key, actuators)
+    ours, theirs = fitted_constants(ArmDynamics(arm)), constants_of(key, actuators)
     for name in CONSTANTS:
         assert ours[name] == pytest.approx(theirs[name], rel=2e-3, abs=2.5e-3), name
-    in_a = golden(key.replace("_B", "_A"), actuators)
+    in_a = constants_of(key.replace("_B", "_A"), actuators)
     for name in CONSTANTS:
         assert in_other_convention(ours)[name] == pytest.approx(in_a[name], rel=2e-3, abs=3e-3), (
             name

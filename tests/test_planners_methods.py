@@ -12,7 +12,7 @@ from planners.run import Run
 from planners.smoothness import differences, peak
 from planners.task import TASKS, Leg, Task
 from pytest import approx
-from support.planners_rig import BELT, CORNER, PICK, TAU, order, straight
+from support.programs.planner_tasks import BELT, CORNER, PICK, TAU, order, straight
 
 from rfms_can.arm import PUMA_260, PUMA_560, Arm
 from rfms_can.kinematics import direct

@@ -13,7 +13,7 @@ from planners.planner import NotPossibleError
 from planners.run import Run
 from planners.task import Leg, Task
 from pytest import approx
-from support.planners_rig import BELT, CORNER, PICK, TAU, order, straight
+from support.programs.planner_tasks import BELT, CORNER, PICK, TAU, order, straight
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import KinematicsError

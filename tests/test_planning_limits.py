@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
-from support.planning_rig import REST, TOOL, How, Place, PlannedRig, at_angles, at_goal, at_pose
-from support.trajectory_rig import WeavingGoal
+from support.planning import TOOL, How, Place, PlannedRig, at_angles, at_goal, at_pose
+from support.programs.random_moves import near
+from support.trajectory import REST, WeavingGoal
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import JointLimitError, KinematicsError, MoveError, UnreachableError
@@ -33,10 +34,6 @@ class Leg(NamedTuple):
 
     q: Joints
     how: How
-
-
-def near(angle: float, reach: float) -> st.SearchStrategy[float]:
-    return st.floats(angle - reach, angle + reach)
 
 
 def timed(acceleration_time: float, segment_time: float, lengthen: bool) -> How:

@@ -4,8 +4,8 @@ import math
 
 import pytest
 from pytest import approx
-from support.planning_rig import REST, TOOL, How, PlannedRig, at_goal, at_pose
-from support.trajectory_rig import LEFT_DOWN, TAU, WeavingGoal
+from support.planning import TOOL, How, PlannedRig, at_goal, at_pose
+from support.trajectory import LEFT_DOWN, REST, TAU, WeavingGoal
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

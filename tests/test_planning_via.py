@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from pytest import approx
-from support.planning_rig import REST, TOOL, How, PlannedRig, at_angles, at_pose
-from support.trajectory_rig import TAU
+from support.planning import TOOL, How, PlannedRig, at_angles, at_pose
+from support.trajectory import REST, TAU
 
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import direct

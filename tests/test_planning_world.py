@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 from pytest import approx
-from support.planning_rig import REST, TOOL, PlannedRig
+from support.planning import TOOL, PlannedRig
+from support.trajectory import REST
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

@@ -1,26 +1,23 @@
 """The MuJoCo arm against golden data, one step against its equation, and warnings as errors."""
 
-import gzip
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.golden import golden
 
 from rfms_can.arm import ARMS, JOINT_COUNT, PUMA_260, PUMA_560, Arm
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import ArmModel
 
-GOLDEN = Path(__file__).parent / "golden"
 arms = pytest.mark.parametrize("arm", list(ARMS.values()), ids=list(ARMS))
 
 
 def golden_within_limits(arm: Arm) -> tuple[list[dict[str, Any]], list[float]]:
-    with gzip.open(GOLDEN / f"{arm.name}_dynamics.json.gz", "rt") as file:
-        data = json.load(file)
+    data = golden(f"{arm.name}_dynamics")
     cases = [
         case
         for case in data["cases"]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from support.scene_bench import SceneBench
+from support.scene import SceneBench
 
 from rfms_can.arm import JOINT_COUNT, PUMA_560
 from rfms_can.plant.contact import Contacts

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from pytest import approx
-from support.scene_bench import SceneBench
+from support.scene import SceneBench
 
 from rfms_can.arm import PUMA_560
 from rfms_can.dynamics.rigid_body import ArmDynamics

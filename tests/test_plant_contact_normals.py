@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from pytest import approx
-from support.scene_bench import Floats, SceneBench
+from support.scene import Floats, SceneBench
 
 from rfms_can.plant.model_builder import CONTACT_DISTANCE, SKIN
 from rfms_can.plant.scene.corner import CORNER

@@ -1,18 +1,15 @@
 """The plant on the bus: when it samples, latches, brakes, and goes on by itself."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import pytest
-from support.node_bench import PERIOD_NS, Heard, Reader
+from support.bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260
 from rfms_can.plant.node import SILENT_CYCLES, PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
-from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, JOINTS
-from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Dac, Estop, Measure, Nmt, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 
@@ -34,33 +31,12 @@ class ScriptedPhysics(PlantPhysics):
         super().step_period(motor_current_codes, force_set_point_codes, brakes)
 
 
-class Bench:
+class PlantBench(Bench[PlantNode]):
     """Speaks to a plant for the master and the nodes."""
 
     def __init__(self, wire: Wire) -> None:
         self.physics = ScriptedPhysics()
-        self.node = PlantNode(self.physics, wire, 0x109, PERIOD_NS)
-        self.wire = wire
-        self.now_ns = 0
-        self.cycle = -1
-        self._reader = Reader(wire)
-        self._senders: dict[Any, Sender[Any]] = {}
-        (self.boot,) = self._reader.read_all(self.node.on_time(0))
-
-    def say(self, record: Any, node: int | None, *values: float) -> list[Heard]:
-        key = (record, node)
-        if key not in self._senders:
-            self._senders[key] = self.wire.sender(record, node)
-        frame: Frame = self._senders[key].frame(*values)
-        return self._reader.read_all(self.node.on_frame(frame, self.now_ns))
-
-    def sync(
-        self, state: NodeState = NodeState.OPERATIONAL, dbc_hash: int | None = None
-    ) -> list[Heard]:
-        self.cycle += 1
-        self.now_ns += PERIOD_NS
-        digest = self.wire.dbc_hash if dbc_hash is None else dbc_hash
-        return self.say(Sync, None, self.cycle, state, 0, digest)
+        super().__init__(PlantNode(self.physics, wire, 0x109, PERIOD_NS), wire)
 
     def dac(self, node: int, code: int, *, force: int = 0, cycle: int | None = None) -> None:
         low = (self.cycle if cycle is None else cycle) & 0xFF
@@ -69,13 +45,6 @@ class Bench:
     def dacs(self, code: int, *, force: int = 0) -> None:
         for joint in JOINTS:
             self.dac(joint, code, force=force)
-
-    def free_run(self) -> list[Heard]:
-        """Let the time of a SYNC pass that does not come."""
-        due = self.node.next_deadline_ns()
-        assert due is not None
-        self.now_ns = due
-        return self._reader.read_all(self.node.on_time(due))
 
     @property
     def codes(self) -> list[int]:
@@ -94,8 +63,8 @@ class Bench:
 
 
 @pytest.fixture
-def bench(wire: Wire) -> Bench:
-    return Bench(wire)
+def bench(wire: Wire) -> PlantBench:
+    return PlantBench(wire)
 
 
 def measures(answers: Sequence[Heard]) -> dict[int, Measure]:
@@ -111,8 +80,8 @@ def braked(answers: Sequence[Heard]) -> list[bool]:
     return [bool(measure.braked) for node, measure in measures(answers).items() if node in JOINTS]
 
 
-def test_boot_is_announced_and_time_stands_until_the_first_sync(bench: Bench) -> None:
-    assert bench.boot.name == "HEARTBEAT_9"
+def test_boot_is_announced_and_time_stands_until_the_first_sync(bench: PlantBench) -> None:
+    assert [heard.name for heard in bench.heard] == ["HEARTBEAT_9"]
     assert bench.node.next_deadline_ns() is None
     bench.sync()
     assert bench.physics.periods == []  # nothing was latched before
@@ -123,7 +92,7 @@ def test_boot_is_announced_and_time_stands_until_the_first_sync(bench: Bench) ->
 # --- latching ----------------------------------------------------------------------------------
 
 
-def test_a_code_of_cycle_k_acts_from_sync_k_plus_1_on(bench: Bench) -> None:
+def test_a_code_of_cycle_k_acts_from_sync_k_plus_1_on(bench: PlantBench) -> None:
     bench.sync()
     bench.dac(2, 100, force=7)
     bench.sync()  # the period that ends now ran without it
@@ -136,7 +105,7 @@ def test_a_code_of_cycle_k_acts_from_sync_k_plus_1_on(bench: Bench) -> None:
     assert bench.codes == [0, 200, 0, 0, 0, 0]
 
 
-def test_the_last_code_stays_where_none_comes(bench: Bench) -> None:
+def test_the_last_code_stays_where_none_comes(bench: PlantBench) -> None:
     bench.sync()
     bench.dacs(50)
     for _ in range(4):
@@ -144,7 +113,7 @@ def test_the_last_code_stays_where_none_comes(bench: Bench) -> None:
     assert bench.codes == [50] * 6
 
 
-def test_the_last_of_two_codes_in_a_cycle_acts(bench: Bench) -> None:
+def test_the_last_of_two_codes_in_a_cycle_acts(bench: PlantBench) -> None:
     bench.sync()
     bench.dac(1, 10)
     bench.dac(1, 20)
@@ -153,7 +122,7 @@ def test_the_last_of_two_codes_in_a_cycle_acts(bench: Bench) -> None:
     assert bench.codes[0] == 20
 
 
-def test_codes_of_another_cycle_are_ignored_and_counted(bench: Bench) -> None:
+def test_codes_of_another_cycle_are_ignored_and_counted(bench: PlantBench) -> None:
     bench.sync()
     bench.sync()
     bench.dac(3, 99, cycle=bench.cycle - 1)
@@ -164,7 +133,7 @@ def test_codes_of_another_cycle_are_ignored_and_counted(bench: Bench) -> None:
     assert bench.codes == [0] * 6
 
 
-def test_the_gripper_is_latched_like_a_joint(bench: Bench) -> None:
+def test_the_gripper_is_latched_like_a_joint(bench: PlantBench) -> None:
     before = bench.physics.jaw.opening
     bench.sync()
     bench.dac(GRIPPER, 1000)
@@ -177,14 +146,14 @@ def test_the_gripper_is_latched_like_a_joint(bench: Bench) -> None:
 # --- sampling ----------------------------------------------------------------------------------
 
 
-def test_every_sync_is_answered_by_seven_measurements_of_that_cycle(bench: Bench) -> None:
+def test_every_sync_is_answered_by_seven_measurements_of_that_cycle(bench: PlantBench) -> None:
     for _ in range(300):
         answers = measures(bench.sync())
         assert list(answers) == [*JOINTS, GRIPPER]
         assert {measure.cycle for measure in answers.values()} == {bench.cycle & 0xFF}
 
 
-def test_samples_are_taken_at_sync_after_the_period_was_integrated(bench: Bench) -> None:
+def test_samples_are_taken_at_sync_after_the_period_was_integrated(bench: PlantBench) -> None:
     bench.sync()
     bench.dac(6, 500)
     bench.sync()
@@ -198,7 +167,7 @@ def test_samples_are_taken_at_sync_after_the_period_was_integrated(bench: Bench)
     assert sampled == pytest.approx(counts, abs=1)
 
 
-def test_the_current_reads_back_as_latched(bench: Bench) -> None:
+def test_the_current_reads_back_as_latched(bench: PlantBench) -> None:
     bench.sync()
     bench.dac(4, -321)
     bench.dac(5, 10, force=80)
@@ -209,13 +178,13 @@ def test_the_current_reads_back_as_latched(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("state", NodeState)
-def test_references_go_out_only_while_homing(bench: Bench, state: NodeState) -> None:
+def test_references_go_out_only_while_homing(bench: PlantBench, state: NodeState) -> None:
     names = [h.name for h in bench.sync(state) if h.name.startswith("REFERENCE_")]
     homing = [f"REFERENCE_{joint}" for joint in JOINTS]
     assert names == (homing if state is NodeState.HOMING else [])
 
 
-def test_reference_tells_the_index_once_one_was_crossed(bench: Bench) -> None:
+def test_reference_tells_the_index_once_one_was_crossed(bench: PlantBench) -> None:
     (first,) = (h for h in bench.sync(NodeState.HOMING) if h.name == "REFERENCE_6")
     assert not first.values.index_valid
     for _ in range(200):
@@ -233,7 +202,7 @@ def test_reference_tells_the_index_once_one_was_crossed(bench: Bench) -> None:
 # --- brakes ------------------------------------------------------------------------------------
 
 
-def test_all_joints_are_braked_until_their_nodes_speak(bench: Bench) -> None:
+def test_all_joints_are_braked_until_their_nodes_speak(bench: PlantBench) -> None:
     assert braked(bench.sync()) == [True] * 6
     bench.dac(5, 0)
     assert braked(bench.sync()) == [joint != 5 for joint in JOINTS]
@@ -242,7 +211,7 @@ def test_all_joints_are_braked_until_their_nodes_speak(bench: Bench) -> None:
     assert bench.brakes == [joint != 5 for joint in JOINTS]
 
 
-def test_three_silent_cycles_brake_a_joint_and_its_next_code_frees_it(bench: Bench) -> None:
+def test_three_silent_cycles_brake_a_joint_and_its_next_code_frees_it(bench: PlantBench) -> None:
     bench.sync()
     bench.dacs(0)
     bench.sync()
@@ -259,7 +228,7 @@ def test_three_silent_cycles_brake_a_joint_and_its_next_code_frees_it(bench: Ben
     assert bench.brakes == [False] * 6
 
 
-def test_a_brake_that_closes_takes_current_and_force_set_point_away(bench: Bench) -> None:
+def test_a_brake_that_closes_takes_current_and_force_set_point_away(bench: PlantBench) -> None:
     bench.sync()
     bench.dacs(50, force=60)
     for _ in range(2):
@@ -271,7 +240,7 @@ def test_a_brake_that_closes_takes_current_and_force_set_point_away(bench: Bench
     assert bench.brakes == [True] * 6
 
 
-def test_brakes_hold_the_arm_against_gravity_and_motor(bench: Bench) -> None:
+def test_brakes_hold_the_arm_against_gravity_and_motor(bench: PlantBench) -> None:
     before = bench.physics.true_q
     for _ in range(100):
         bench.sync()
@@ -281,36 +250,36 @@ def test_brakes_hold_the_arm_against_gravity_and_motor(bench: Bench) -> None:
 # --- when the master fails ---------------------------------------------------------------------
 
 
-def test_without_sync_the_plant_goes_on_by_its_own_clock(bench: Bench) -> None:
+def test_without_sync_the_plant_goes_on_by_its_own_clock(bench: PlantBench) -> None:
     bench.sync()
     began = bench.now_ns
     for k in range(1, 6):
-        answers = measures(bench.free_run())
+        answers = measures(bench.miss_syncs(1))
         assert {m.cycle for m in answers.values()} == {k}
         assert bench.now_ns == began + PERIOD_NS * k + PERIOD_NS // 2
     assert len(bench.physics.periods) == 5
 
 
-def test_nodes_may_stop_their_joints_while_the_plant_runs_free(bench: Bench) -> None:
+def test_nodes_may_stop_their_joints_while_the_plant_runs_free(bench: PlantBench) -> None:
     bench.sync()
-    bench.free_run()
+    bench.miss_syncs(1)
     bench.dac(2, 77, cycle=1)
-    bench.free_run()
-    bench.free_run()
+    bench.miss_syncs(1)
+    bench.miss_syncs(1)
     assert bench.codes[1] == 77
 
 
-def test_sync_takes_the_lead_again(bench: Bench) -> None:
+def test_sync_takes_the_lead_again(bench: PlantBench) -> None:
     bench.sync()
     for _ in range(3):
-        bench.free_run()
+        bench.miss_syncs(1)
     bench.cycle = 9
     answers = measures(bench.sync())
     assert {m.cycle for m in answers.values()} == {10}
     assert bench.node.next_deadline_ns() == bench.now_ns + PERIOD_NS * 3 // 2
 
 
-def test_a_sync_of_another_dbc_moves_nothing(bench: Bench) -> None:
+def test_a_sync_of_another_dbc_moves_nothing(bench: PlantBench) -> None:
     assert bench.sync(dbc_hash=bench.wire.dbc_hash ^ 1) == []
     assert bench.node.ignored["SYNC with another DBC"] == 1
     assert bench.node.state is NodeState.PREOP
@@ -319,7 +288,7 @@ def test_a_sync_of_another_dbc_moves_nothing(bench: Bench) -> None:
 # --- commands ----------------------------------------------------------------------------------
 
 
-def test_emergency_stop_brakes_whatever_the_nodes_say_until_reset(bench: Bench) -> None:
+def test_emergency_stop_brakes_whatever_the_nodes_say_until_reset(bench: PlantBench) -> None:
     bench.sync()
     bench.dacs(300, force=200)
     bench.sync()
@@ -336,7 +305,7 @@ def test_emergency_stop_brakes_whatever_the_nodes_say_until_reset(bench: Bench) 
     assert braked(bench.sync()) == [False] * 6
 
 
-def test_announce_and_every_twelfth_cycle_bring_a_heartbeat(bench: Bench) -> None:
+def test_announce_and_every_twelfth_cycle_bring_a_heartbeat(bench: PlantBench) -> None:
     (beat,) = bench.say(Nmt, None, Command.ANNOUNCE, 0, 0)
     assert beat.name == "HEARTBEAT_9"
     assert beat.values.boot_id == 0x109
@@ -345,7 +314,7 @@ def test_announce_and_every_twelfth_cycle_bring_a_heartbeat(bench: Bench) -> Non
     assert [k for k, beat in enumerate(beats) if beat] == [0, 12, 24]
 
 
-def test_start_lets_counters_begin_anew(bench: Bench) -> None:
+def test_start_lets_counters_begin_anew(bench: PlantBench) -> None:
     for _ in range(200):
         bench.sync()
     bench.say(Nmt, None, Command.START, 0, 0)

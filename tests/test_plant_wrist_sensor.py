@@ -3,7 +3,7 @@
 import statistics
 
 import pytest
-from support.node_bench import PERIOD_NS, Reader
+from support.bench import PERIOD_NS, Bench
 
 from rfms_can.arm import PUMA_560
 from rfms_can.errors import PlantError
@@ -14,8 +14,7 @@ from rfms_can.plant.scene.peg_in_hole import PegInHole
 from rfms_can.plant.wrist_sensor import GOOD, IDEAL, WristSensor, sensor_from
 from rfms_can.transform import Transform
 from rfms_can.wire.contract import Wire
-from rfms_can.wire.records import Force, Sync
-from rfms_can.wire.vocabulary import NodeState
+from rfms_can.wire.records import Force
 
 TRUTH = (10.0, -20.0, 30.0, 0.5, -0.25, 0.1)
 
@@ -58,14 +57,10 @@ def test_beyond_its_range_it_saturates() -> None:
 def test_the_plant_sends_force_only_with_a_sensor(wire: Wire, sensor: WristSensor | None) -> None:
     scene = PegInHole().scene(Transform.translation(0.55, 0.2, -0.6))
     physics = PlantPhysics(PUMA_560, "none", 250.0, scene=scene, sensor=sensor)
-    node, reader = PlantNode(physics, wire, 0x109, PERIOD_NS), Reader(wire)
-    node.on_time(0)
-    force = []
-    sync = wire.sender(Sync, None)
-    for cycle in range(3):
-        now = PERIOD_NS * (cycle + 1)
-        answers = node.on_frame(sync.frame(cycle, NodeState.OPERATIONAL, 0, wire.dbc_hash), now)
-        force += [heard for heard in reader.read_all(answers) if isinstance(heard.values, Force)]
+    bench = Bench(PlantNode(physics, wire, 0x109, PERIOD_NS), wire)
+    for _ in range(3):
+        bench.sync()
+    force = [heard for heard in bench.heard if isinstance(heard.values, Force)]
     if sensor is None:
         assert not force
         return

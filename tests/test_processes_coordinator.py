@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import pytest
 from support.command_line import end
-from test_processes_serve import Command
+from support.server import ServeProcess
 
 from rfms_can.coordinator import Arm, AsyncArm, TransformError
 from rfms_can.coordinator.aio_remote import AsyncRemoteLink
@@ -26,19 +26,19 @@ REALTIME = ("--bus", "hub:programs", "--clock", "realtime", "--rate", "25", "--f
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServeProcess]:
     directory = tmp_path_factory.mktemp("server")
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.chdir(directory)
         monkeypatch.setenv("XDG_RUNTIME_DIR", str(directory))
-        with Command(*REALTIME) as command:
+        with ServeProcess(*REALTIME) as command:
             yield command
             os.kill(command.process.pid, signal.SIGTERM)
             ended = end(command.process)
             assert ended.code == 0, ended
 
 
-def test_the_servers_time_goes_on_and_stamps_observations(server: Command) -> None:
+def test_the_servers_time_goes_on_and_stamps_observations(server: ServeProcess) -> None:
     with ClientSocket("rfms") as socket:
         link = RemoteLink(socket, "program", 1.0)
         link.acquire()
@@ -58,7 +58,7 @@ def test_the_servers_time_goes_on_and_stamps_observations(server: Command) -> No
         link.release()
 
 
-def test_parts_wait_each_for_itself(server: Command) -> None:
+def test_parts_wait_each_for_itself(server: ServeProcess) -> None:
     beats: list[int] = []
 
     async def beat(arm: AsyncArm) -> None:

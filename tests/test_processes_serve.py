@@ -3,15 +3,11 @@
 import json
 import os
 import signal
-import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.command_line import end, start
-from support.served import LONG_S, Client
-from test_system_processes import assert_nobody_is_left, processes_of
-from test_system_serve import move
+from support.command_line import assert_none_left, end
+from support.server import LONG_S, Client, ServeProcess
 
 from rfms_can.errors import LinkError
 from rfms_can.messages import CycleReached, LeaseRequest, MoveOver, Query, WaitRequest
@@ -19,37 +15,16 @@ from rfms_can.messages import CycleReached, LeaseRequest, MoveOver, Query, WaitR
 pytestmark = pytest.mark.processes
 
 
-@pytest.fixture
-def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    yield tmp_path
-
-
-class Command:
-    """``rfms serve --json`` as a process; what is left of it is killed at the end."""
-
-    def __init__(self, *arguments: str) -> None:
-        self.process: subprocess.Popen[str] = start("serve", "--json", *arguments)
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        assert line, end(self.process)
-        assert json.loads(line) == {"ready": "rfms"}
-
-    def __enter__(self) -> "Command":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for pid in processes_of(self.process.pid):
-            os.kill(pid, signal.SIGKILL)
-        end(self.process)
+@pytest.fixture(autouse=True)
+def directory(runtime: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(runtime)
 
 
 def test_a_move_in_lockstep_and_the_end(runtime: Path) -> None:
-    with Command("--bus", "hub:serve", "--friction", "none") as server:
+    with ServeProcess("--bus", "hub:serve", "--friction", "none") as server:
         client = Client("rfms", "cell")
         client.acquire()
-        sequence = move(client, seconds=1.0)
+        sequence = client.move(seconds=1.0)
         reply = client.wait(MoveOver(sequence))
         assert reply.refusal is None
         cycle = reply.status.cycle
@@ -73,18 +48,18 @@ def test_a_move_in_lockstep_and_the_end(runtime: Path) -> None:
         assert result["fault"] is None
         assert result["incomplete"] == 0
         assert result["server"]["unattended"] >= 10
-        assert_nobody_is_left(server.process.pid)
+        assert_none_left(server.process.pid)
     with pytest.raises(LinkError, match="no server 'rfms' is running"):
         Client("rfms")
 
 
 def test_real_time_goes_on_by_itself(runtime: Path) -> None:
     """25 Hz, so that a busy machine keeps up; a lapse stops the arm, a signal brakes it."""
-    with Command("--bus", "hub:serve", "--clock", "realtime", "--rate", "25") as server:
+    with ServeProcess("--bus", "hub:serve", "--clock", "realtime", "--rate", "25") as server:
         client, watcher = Client("rfms", "cell"), Client("rfms", "watcher")
         client.acquire(1.0)
         before = watcher.status().cycle
-        move(client, seconds=30.0)
+        client.move(seconds=30.0)
         assert watcher.watch(lambda status: status.cycle > before + 5).fault is None
         stopped = watcher.watch(lambda status: status.lease is None)
         assert stopped.fault is None
@@ -103,10 +78,10 @@ def test_real_time_goes_on_by_itself(runtime: Path) -> None:
 
 
 def test_an_emergency_stop_ends_it_with_one_line(runtime: Path) -> None:
-    with Command("--bus", "hub:serve", "--clock", "realtime", "--rate", "25") as server:
+    with ServeProcess("--bus", "hub:serve", "--clock", "realtime", "--rate", "25") as server:
         client, third = Client("rfms", "cell"), Client("rfms", "third")
         client.acquire(5.0)
-        waiting = client.send(WaitRequest([MoveOver(move(client, seconds=30.0))]))
+        waiting = client.send(WaitRequest([MoveOver(client.move(seconds=30.0))]))
         third.watch(lambda status: status.stage == "LINEAR")
         third.emergency("smoke")
         refusal = client.reply(waiting).refusal
@@ -117,4 +92,4 @@ def test_an_emergency_stop_ends_it_with_one_line(runtime: Path) -> None:
         assert ended.err.splitlines() == ["rfms: emergency stop by 'third': 'smoke'"]
         for one in (client, third):
             one.close()
-        assert_nobody_is_left(server.process.pid, within_s=LONG_S)
+        assert_none_left(server.process.pid, within_s=LONG_S)

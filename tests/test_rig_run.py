@@ -10,7 +10,7 @@ from pathlib import Path
 import can
 import cantools
 import pytest
-from support.system_run import SHORT
+from support.system import SHORT
 
 from rfms_can.arm import PUMA_260
 from rfms_can.cli.report import print_result, print_rows

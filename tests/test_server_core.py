@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from support.server_bench import SECOND, Bench, Coordinator, encode
+from support.server import SECOND, Coordinator, ServerBench, encode
 
 from rfms_can.errors import LinkError
 from rfms_can.master.phases import Phase
@@ -19,6 +19,7 @@ from rfms_can.messages import (
     MoveRequest,
     PositionMessage,
     Query,
+    Refusal,
     StopRequest,
     TransformMessage,
     WaitRequest,
@@ -36,17 +37,17 @@ def apart(one: Transform, other: Transform) -> float:
 
 
 @pytest.fixture
-def bench(wire: Wire) -> Bench:
-    return Bench(wire)
+def bench(wire: Wire) -> ServerBench:
+    return ServerBench(wire)
 
 
 @pytest.fixture
-def left(bench: Bench) -> Coordinator:
+def left(bench: ServerBench) -> Coordinator:
     return Coordinator(bench, "left cell")
 
 
 @pytest.fixture
-def right(bench: Bench) -> Coordinator:
+def right(bench: ServerBench) -> Coordinator:
     return Coordinator(bench, "right cell")
 
 
@@ -54,28 +55,28 @@ def right(bench: Bench) -> Coordinator:
 
 
 def test_without_a_lease_nothing_is_asked_of_the_arm(left: Coordinator) -> None:
-    error, reason = left.refused(TransformMessage("a", HOME))
-    assert error == "LeaseError"
-    assert "this session does not control the arm" in reason
-    assert left.done(Query()).status.lease is None
+    refusal = left.refused(TransformMessage("a", HOME))
+    assert refusal.error == "LeaseError"
+    assert "this session does not control the arm" in refusal.reason
+    assert left.query().lease is None
 
 
 def test_the_second_is_refused_by_name(left: Coordinator, right: Coordinator) -> None:
     left.acquire(2.0)
     for message in (TransformMessage("a", HOME), StopRequest(), LeaseRequest("acquire", "me")):
-        error, reason = right.refused(message)
-        assert error == "LeaseError"
-        assert reason.startswith("the arm is controlled by 'left cell', for 2.00 s yet")
-    assert right.refused(LeaseRequest("renew"))[0] == "LeaseError"
-    assert right.refused(LeaseRequest("release"))[0] == "LeaseError"
-    assert right.done(Query()).status.lease == "left cell"  # reading is free to all
+        refusal = right.refused(message)
+        assert refusal.error == "LeaseError"
+        assert refusal.reason.startswith("the arm is controlled by 'left cell', for 2.00 s yet")
+    assert right.refused(LeaseRequest("renew")).error == "LeaseError"
+    assert right.refused(LeaseRequest("release")).error == "LeaseError"
+    assert right.query().lease == "left cell"  # reading is free to all
     left.done(LeaseRequest("release"))
     right.acquire()
-    assert "'right cell'" in left.refused(StopRequest())[1]
+    assert "'right cell'" in left.refused(StopRequest()).reason
 
 
 def test_whatever_the_holder_says_renews_it(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     left.acquire(1.0)
     for message in (Query(), LeaseRequest("renew"), TransformMessage("a", HOME)):
@@ -88,7 +89,7 @@ def test_whatever_the_holder_says_renews_it(
     assert bench.server.events[1] == "'left cell' did not renew its lease"
 
 
-def test_a_renewal_may_change_the_duration(bench: Bench, left: Coordinator) -> None:
+def test_a_renewal_may_change_the_duration(bench: ServerBench, left: Coordinator) -> None:
     left.acquire(1.0)
     left.done(LeaseRequest("renew", duration_s=5.0))
     bench.now_ns += 4 * SECOND
@@ -100,7 +101,7 @@ def test_a_renewal_may_change_the_duration(bench: Bench, left: Coordinator) -> N
 
 
 @pytest.mark.system
-def test_a_lapse_in_mid_motion_is_a_controlled_stop(bench: Bench, left: Coordinator) -> None:
+def test_a_lapse_in_mid_motion_is_a_controlled_stop(bench: ServerBench, left: Coordinator) -> None:
     left.acquire(1.0)
     sequence = left.move(seconds=2.0, z=0.08)
     second = left.move("then", seconds=2.0, x=0.02)
@@ -124,7 +125,9 @@ def test_a_lapse_in_mid_motion_is_a_controlled_stop(bench: Bench, left: Coordina
 
 
 @pytest.mark.system
-def test_giving_the_arm_back_in_mid_motion_stops_it_too(bench: Bench, left: Coordinator) -> None:
+def test_giving_the_arm_back_in_mid_motion_stops_it_too(
+    bench: ServerBench, left: Coordinator
+) -> None:
     left.acquire()
     left.move(seconds=2.0)
     bench.cycles(200)
@@ -137,7 +140,7 @@ def test_giving_the_arm_back_in_mid_motion_stops_it_too(bench: Bench, left: Coor
 @pytest.mark.system
 @pytest.mark.parametrize("cycles", [60, 300])  # on its way to the belt; at rest relative to it
 def test_a_lapse_stops_an_arm_that_follows_a_moving_goal(
-    bench: Bench, left: Coordinator, cycles: int
+    bench: ServerBench, left: Coordinator, cycles: int
 ) -> None:
     """Without further observations of the belt its prediction must not carry the arm away."""
     left.acquire()
@@ -163,19 +166,19 @@ def test_a_lapse_stops_an_arm_that_follows_a_moving_goal(
 
 
 def test_another_program_begins_with_empty_tables(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     left.acquire()
     left.done(TransformMessage("a", HOME))
     bench.now_ns += 2 * SECOND
     left.acquire()  # the same session after a lapse keeps its names
-    world = left.done(Query("world")).answer
+    world = left.done(Query("world"))
     assert world is not None
     assert world.world is not None
     assert list(world.world.transforms) == ["a"]
     left.done(LeaseRequest("release"))
     right.acquire()
-    world = right.done(Query("world")).answer
+    world = right.done(Query("world"))
     assert world is not None
     assert world.world is not None
     assert not world.world.transforms
@@ -184,7 +187,7 @@ def test_another_program_begins_with_empty_tables(
 # --- serial numbers ---------------------------------------------------------------------------
 
 
-def test_each_request_is_processed_once(bench: Bench, left: Coordinator) -> None:
+def test_each_request_is_processed_once(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     sequence = left.move()
     request = left.envelope(MoveRequest("there", "there"))
@@ -195,7 +198,7 @@ def test_each_request_is_processed_once(bench: Bench, left: Coordinator) -> None
         assert [data for _, data in again] == [data for _, data in first]
         assert [to for to, _ in again] == [peer]
     assert bench.server.status().waiting == waiting
-    answer = left.done(MoveRequest("there", "there")).answer
+    answer = left.done(MoveRequest("there", "there"))
     assert answer is not None
     assert answer.sequence == sequence + 2
     assert bench.server.numbers().repeated == 2
@@ -203,7 +206,7 @@ def test_each_request_is_processed_once(bench: Bench, left: Coordinator) -> None
 
 @pytest.mark.parametrize(("serial", "due"), [(2, 4), (1, 4), (5, 4), (2**63, 4)])
 def test_out_of_turn_is_refused_with_what_is_expected(
-    bench: Bench, left: Coordinator, serial: int, due: int
+    bench: ServerBench, left: Coordinator, serial: int, due: int
 ) -> None:
     left.acquire()
     left.done(Query())
@@ -216,14 +219,16 @@ def test_out_of_turn_is_refused_with_what_is_expected(
     left.done(Query())  # and the conversation goes on
 
 
-def test_an_unknown_session_begins_at_one(bench: Bench, left: Coordinator) -> None:
+def test_an_unknown_session_begins_at_one(bench: ServerBench, left: Coordinator) -> None:
     (reply,) = bench.give(left.envelope(Query(), 7), left.peer)
     assert reply.refusal is not None
     assert "the session is not known here, 1 is expected" in reply.refusal.reason
     assert bench.server.numbers().sessions == 0
 
 
-def test_a_request_that_cannot_be_read_uses_up_its_serial(bench: Bench, left: Coordinator) -> None:
+def test_a_request_that_cannot_be_read_uses_up_its_serial(
+    bench: ServerBench, left: Coordinator
+) -> None:
     left.acquire()
     left.serial += 1
     envelope = {"session": left.session, "serial": left.serial, "message": {"type": "DANCE"}}
@@ -234,7 +239,9 @@ def test_a_request_that_cannot_be_read_uses_up_its_serial(bench: Bench, left: Co
     left.done(Query())
 
 
-def test_sessions_are_bounded_and_the_holders_is_kept(bench: Bench, left: Coordinator) -> None:
+def test_sessions_are_bounded_and_the_holders_is_kept(
+    bench: ServerBench, left: Coordinator
+) -> None:
     left.acquire()
     others = [Coordinator(bench, f"reader {number}") for number in range(3 * MAX_SESSIONS)]
     for other in others:
@@ -244,7 +251,9 @@ def test_sessions_are_bounded_and_the_holders_is_kept(bench: Bench, left: Coordi
     refusal = bench.inbox[others[0].peer][-1].refusal
     assert refusal is not None
     assert "too many sessions" in refusal.reason
-    assert others[0].refused(Query())[1].endswith("the session is not known here, 1 is expected")
+    assert (
+        others[0].refused(Query()).reason.endswith("the session is not known here, 1 is expected")
+    )
 
 
 # --- waits and the clock ----------------------------------------------------------------------
@@ -252,13 +261,12 @@ def test_sessions_are_bounded_and_the_holders_is_kept(bench: Bench, left: Coordi
 
 def test_what_holds_is_answered_at_once(left: Coordinator) -> None:
     left.acquire()
-    reply = left.done(WaitRequest([CycleReached(10**9), AtRest(), JawAtRest()]))
-    assert reply.answer is not None
-    assert reply.answer.held  # jaw and arm have rested since homing, or the jaw alone
-    assert 0 not in reply.answer.held
+    held = left.done(WaitRequest([CycleReached(10**9), AtRest(), JawAtRest()])).held
+    assert held  # jaw and arm have rested since homing, or the jaw alone
+    assert 0 not in held
 
 
-def test_a_wait_is_answered_in_its_cycle(bench: Bench, left: Coordinator) -> None:
+def test_a_wait_is_answered_in_its_cycle(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     cycle = bench.server.status().cycle + 5
     assert left.ask(WaitRequest([CycleReached(cycle)])) is None
@@ -269,18 +277,18 @@ def test_a_wait_is_answered_in_its_cycle(bench: Bench, left: Coordinator) -> Non
     assert reply.answer.held == [0]
 
 
-def test_a_later_wait_takes_the_place_of_an_earlier(bench: Bench, left: Coordinator) -> None:
+def test_a_later_wait_takes_the_place_of_an_earlier(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     never = WaitRequest([CycleReached(10**9)])
     assert left.ask(never) is None
     assert left.ask(never) is None
     replies = [reply for reply in bench.inbox[left.peer] if reply.serial == left.serial - 1]
     assert [reply.answer.held for reply in replies if reply.answer is not None] == [[]]
-    assert left.done(LeaseRequest("renew")).refusal is None  # beside an outstanding wait
+    left.done(LeaseRequest("renew"))  # beside an outstanding wait
     assert bench.server.time_may_pass
 
 
-def test_the_answer_to_a_wait_can_be_asked_for_again(bench: Bench, left: Coordinator) -> None:
+def test_the_answer_to_a_wait_can_be_asked_for_again(bench: ServerBench, left: Coordinator) -> None:
     """Also after later requests: it may have been lost while they were answered."""
     left.acquire()
     cycle = bench.server.status().cycle + 2
@@ -297,7 +305,7 @@ def test_the_answer_to_a_wait_can_be_asked_for_again(bench: Bench, left: Coordin
 
 
 def test_time_passes_only_while_the_holder_waits(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     assert not bench.server.time_may_pass, "no lease"
     right.ask(WaitRequest([CycleReached(10**9)]))
@@ -313,7 +321,7 @@ def test_time_passes_only_while_the_holder_waits(
 
 
 def test_waits_of_readers_are_answered_too(
-    bench: Bench, left: Coordinator, right: Coordinator
+    bench: ServerBench, left: Coordinator, right: Coordinator
 ) -> None:
     left.acquire()
     cycle = bench.server.status().cycle + 2
@@ -323,17 +331,17 @@ def test_waits_of_readers_are_answered_too(
     assert bench.inbox[right.peer][-1].status.cycle == cycle
 
 
-def test_the_server_tells_who_waits_that_it_ends(bench: Bench, left: Coordinator) -> None:
+def test_the_server_tells_who_waits_that_it_ends(bench: ServerBench, left: Coordinator) -> None:
     left.acquire()
     left.ask(WaitRequest([CycleReached(10**9)]))
     (reply,) = bench.hear(bench.server.end("the server ends: SIGTERM"))
     assert reply.refusal is not None
     assert (reply.refusal.error, reply.refusal.reason) == ("LinkError", "the server ends: SIGTERM")
-    assert left.refused(StopRequest()) == ("LinkError", "the server ends: SIGTERM")
+    assert left.refused(StopRequest()) == Refusal("LinkError", "the server ends: SIGTERM")
     left.done(Query())
 
 
-def test_the_answers_say_how_long_requests_took(bench: Bench, left: Coordinator) -> None:
+def test_the_answers_say_how_long_requests_took(bench: ServerBench, left: Coordinator) -> None:
     """A request acts in the set-point made when the cycle in progress is closed: one cycle on."""
     left.acquire(10.0)
     for number in range(60):
@@ -341,7 +349,7 @@ def test_the_answers_say_how_long_requests_took(bench: Bench, left: Coordinator)
         bench.steps(number)  # any moment of a cycle, which has some 35 of them
         left.done(TransformMessage("a", HOME))
     bench.cycles(2)
-    answer = left.done(Query("server")).answer
+    answer = left.done(Query("server"))
     assert answer is not None
     assert answer.server is not None
     assert answer.server.latency_cycles == [0, 60, 0, 0]
@@ -353,7 +361,7 @@ def test_the_answers_say_how_long_requests_took(bench: Bench, left: Coordinator)
 
 @pytest.mark.system
 def test_an_emergency_stop_acts_within_one_cycle(
-    bench: Bench, left: Coordinator, wire: Wire
+    bench: ServerBench, left: Coordinator, wire: Wire
 ) -> None:
     left.acquire()
     left.move(seconds=2.0)
@@ -378,12 +386,12 @@ def test_an_emergency_stop_acts_within_one_cycle(
     assert bench.server.time_may_pass
     assert all(bench.master.arm_state.braked)
     assert bench.server.status().fault == fault
-    assert left.refused(StopRequest()) == ("FaultError", fault)
-    assert left.refused(WaitRequest([AtRest()])) == ("FaultError", fault)
+    assert left.refused(StopRequest()) == Refusal("FaultError", fault)
+    assert left.refused(WaitRequest([AtRest()])) == Refusal("FaultError", fault)
     left.done(Query())
 
 
-def test_the_first_fault_stays(bench: Bench) -> None:
+def test_the_first_fault_stays(bench: ServerBench) -> None:
     bench.emergency("door")
     bench.emergency("window", "later")
     assert bench.master.fault == "emergency stop by 'door'"
@@ -393,14 +401,14 @@ def test_the_first_fault_stays(bench: Bench) -> None:
 @pytest.mark.parametrize(
     "data", [b"", b"stop", encode({"type": "EMERGENCY"}), bytes(MAX_BYTES + 1), b"\x91" * 60_000]
 )
-def test_what_is_no_emergency_stop_stops_nothing(bench: Bench, data: bytes) -> None:
+def test_what_is_no_emergency_stop_stops_nothing(bench: ServerBench, data: bytes) -> None:
     bench.server.emergency(data)
     assert bench.master.fault is None
     assert bench.server.status().refused == 1
 
 
 def test_an_emergency_stop_after_the_end_changes_nothing(wire: Wire) -> None:
-    bench = Bench(wire)
+    bench = ServerBench(wire)
     bench.master.stop()
     bench.rig.pump(lambda: bench.master.ended)
     bench.emergency("door")

@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.server_bench import Bench, Coordinator, encode
+from support.server import Coordinator, ServerBench, encode
 
 from rfms_can.messages import (
     AtRest,
@@ -90,14 +90,14 @@ def wire() -> Wire:
 
 
 @pytest.fixture(scope="module")
-def victim(wire: Wire) -> Bench:
+def victim(wire: Wire) -> ServerBench:
     """A server whose lease is taken; hypothesis' examples share it."""
-    bench = Bench(wire)
+    bench = ServerBench(wire)
     Coordinator(bench, "holder").acquire(10.0)
     return bench
 
 
-def assert_unharmed(bench: Bench) -> None:
+def assert_unharmed(bench: ServerBench) -> None:
     status = bench.server.status()
     assert (status.fault, status.phase, status.lease) == (None, "RUN", "holder")
     assert status.at_rest
@@ -117,7 +117,7 @@ def assert_has_a_reason(reply: Reply) -> None:
 
 @settings(max_examples=400)
 @given(messages=st.lists(st.binary(max_size=200), min_size=1, max_size=10))
-def test_any_bytes(victim: Bench, messages: list[bytes]) -> None:
+def test_any_bytes(victim: ServerBench, messages: list[bytes]) -> None:
     for data in messages:
         before = victim.server.numbers().refused
         (reply,) = victim.give(data)
@@ -144,7 +144,7 @@ VALUES = st.recursive(
     )
     | VALUES
 )
-def test_any_structure(victim: Bench, envelope: Any) -> None:
+def test_any_structure(victim: ServerBench, envelope: Any) -> None:
     for reply in victim.give(encode(envelope)):
         assert reply.refusal is not None
         assert_has_a_reason(reply)
@@ -154,7 +154,7 @@ def test_any_structure(victim: Bench, envelope: Any) -> None:
 
 @pytest.mark.parametrize("depth", [10, 1000, 60_000])
 @pytest.mark.parametrize("opening", [b"\x91", b"\x81\xa1a"])
-def test_nesting_without_end(victim: Bench, depth: int, opening: bytes) -> None:
+def test_nesting_without_end(victim: ServerBench, depth: int, opening: bytes) -> None:
     data = (opening * depth)[:65_000]
     head = encode({"session": "s" * 16, "serial": 1})
     message = bytes([0x83]) + head[1:] + encode("message") + data
@@ -172,7 +172,7 @@ def test_nesting_without_end(victim: Bench, depth: int, opening: bytes) -> None:
 class Thief:
     """Says what others say, changed here and there; its sessions are its own."""
 
-    def __init__(self, bench: Bench, seed: int) -> None:
+    def __init__(self, bench: ServerBench, seed: int) -> None:
         self.bench = bench
         self.rng = random.Random(seed)
         self.others = [Coordinator(bench, f"thief {number}") for number in range(8)]
@@ -231,16 +231,16 @@ def poisoned(rng: random.Random) -> Any:
     return message
 
 
-def moving(wire: Wire) -> tuple[Bench, Coordinator]:
+def moving(wire: Wire) -> tuple[ServerBench, Coordinator]:
     """An arm on its way."""
-    bench = Bench(wire)
+    bench = ServerBench(wire)
     holder = Coordinator(bench, "holder").acquire(10.0)
     holder.move(seconds=0.8, z=0.06)
     holder.move("on", seconds=0.6, x=0.02, z=0.05)
     return bench, holder
 
 
-def setpoints(bench: Bench, wire: Wire) -> list[bytes]:
+def setpoints(bench: ServerBench, wire: Wire) -> list[bytes]:
     ids = {wire.id(Setpoint, number) for number in (1, 2)}
     return [frame.data for frame in bench.frames if frame.id in ids]
 
@@ -282,7 +282,7 @@ def test_ten_thousand_messages_do_not_change_the_motion(wire: Wire) -> None:
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 1.1e9, -1e300])
-def test_numbers_that_are_none_are_refused_by_place(victim: Bench, value: float) -> None:
+def test_numbers_that_are_none_are_refused_by_place(victim: ServerBench, value: float) -> None:
     client = Coordinator(victim, f"someone with {value}")
     rows = (*HOME[:11], value)
     for message, place in (
@@ -303,6 +303,6 @@ def test_numbers_that_are_none_are_refused_by_place(victim: Bench, value: float)
             "function.rows[1].coordinates[5]",
         ),
     ):
-        error, reason = client.refused(message)
-        assert error == "LinkError"
-        assert reason.startswith(f"{place} is {value:g}")
+        refusal = client.refused(message)
+        assert refusal.error == "LinkError"
+        assert refusal.reason.startswith(f"{place} is {value:g}")

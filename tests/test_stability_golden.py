@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from support.kinematics_golden import golden
+from support.golden import golden
 
 from rfms_can.analysis.stability import (
     Verdict,

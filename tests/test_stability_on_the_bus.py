@@ -5,7 +5,7 @@ Only friction is left out. The poles are those of the nodes' own gains and dampi
 
 import numpy as np
 import pytest
-from support.force_rig import PushedFleet
+from support.fleet import PushedFleet
 
 from rfms_can.analysis.stability import Analyst, ControlLaw, Study, Verdict
 from rfms_can.arm import arm_by_name

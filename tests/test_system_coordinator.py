@@ -1,12 +1,11 @@
 """Programs over real sockets: Unix and TCP with keys, both twins, an emergency stop beside them."""
 
 import asyncio
-import socket as sockets
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from support.served import Running
+from support.server import Running, free_port
 
 from rfms_can.coordinator import (
     Arm,
@@ -31,16 +30,9 @@ SETTINGS = RunSettings(friction="none")
 
 
 @pytest.fixture
-def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    return tmp_path
-
-
-@pytest.fixture
 def running(runtime: Path) -> Iterator[Running]:
-    server = Running(SETTINGS, Listening("cell"))
-    yield server
-    server.end()
+    with Running(SETTINGS, Listening("cell")) as server:
+        yield server
 
 
 def raised(arm: Arm) -> float:
@@ -63,39 +55,22 @@ def test_a_program_over_unix_sockets(running: Running) -> None:
         assert raised(arm) == pytest.approx(0.03, abs=1e-3)
 
 
-def free_ports() -> int:
-    """The first of three TCP ports in a row that are free."""
-    for port in range(20_000, 60_000, 7):
-        held = []
-        try:
-            for place in range(3):
-                held.append(sockets.create_server(("127.0.0.1", port + place)))
-            return port
-        except OSError:
-            continue
-        finally:
-            for one in held:
-                one.close()
-    raise AssertionError("no free ports")
-
-
 def test_a_program_over_tcp_with_keys(runtime: Path) -> None:
     public = new_server_keys(runtime / "keys")
     secret = new_client_keys(runtime / "keys", "desk")
     keys = ClientKeys.load(secret, public)
-    port = free_ports()
+    port = free_port()
     listening = Listening("cell", checked("127.0.0.1", port), ServerKeys.load(runtime / "keys"))
-    server = Running(SETTINGS, listening)
-    try:
-        with connect(f"tcp://127.0.0.1:{port}", keys=keys) as arm:
-            assert raised(arm) == pytest.approx(0.03, abs=1e-3)
-    finally:
-        server.end()
+    with (
+        Running(SETTINGS, listening),
+        connect(f"tcp://127.0.0.1:{port}", keys=keys) as arm,
+    ):
+        assert raised(arm) == pytest.approx(0.03, abs=1e-3)
 
 
 def test_nobody_at_a_tcp_address(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rfms_can.coordinator.remote.ANSWER_S", 0.2)
-    address = f"tcp://127.0.0.1:{free_ports()}"
+    address = f"tcp://127.0.0.1:{free_port()}"
     with pytest.raises(LinkError, match=rf"'{address}' has not answered"), connect(address):
         raise AssertionError("there is no arm")
 

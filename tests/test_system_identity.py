@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.system_run import ROOT, SHORT
+from support.system import ROOT, SHORT
 
 from rfms_can.rig.candump import Cycle, cycles_from_enable, read_candump
 from rfms_can.rig.program import load_program
@@ -18,7 +18,7 @@ from rfms_can.wire.contract import Wire
 VCAN = "socketcan:vcan0"
 CONVEYOR = ROOT / "examples" / "conveyor.py"
 """A program that is part of the clock: what its camera sees depends on the arm's time."""
-PEG = Path(__file__).parent / "support" / "short_peg.py"
+PEG = Path(__file__).parent / "support" / "programs" / "short_peg.py"
 """Force control: COMPLY, BIAS and FORCE, rows that comply, contact in the plant."""
 IN_A_HOLE: dict[str, Any] = {
     "arm": "puma560",

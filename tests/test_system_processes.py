@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.command_line import Ended, end, start
-from support.system_run import ROOT, SHORT, TRANSFER
+from support.command_line import Ended, assert_none_left, end, kill, processes_of, start
+from support.system import ROOT, SHORT, TRANSFER
 
 from rfms_can.rig.candump import read_candump
 from rfms_can.wire.codec import DBC_VARIABLE
@@ -32,10 +32,9 @@ Health = dict[str, dict[str, Any]]
 
 
 @pytest.fixture
-def begin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
+def begin(runtime: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
     """Starts ``rfms`` in a place of its own; whatever a test left running is killed."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.chdir(runtime)
     started: list[subprocess.Popen[str]] = []
 
     def begin_one(*arguments: str | Path, **options: Any) -> subprocess.Popen[str]:
@@ -44,33 +43,11 @@ def begin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Start]:
 
     yield begin_one
     for process in started:
-        group_left = processes_of(process.pid)
-        for pid in group_left:
-            os.kill(pid, signal.SIGKILL)
+        kill(process)
         process.wait(10.0)
         for stream in (process.stdout, process.stderr):
             if stream is not None:
                 stream.close()
-
-
-def processes_of(session: int) -> list[int]:
-    """Processes that run in a session, zombies excepted: what a command has left behind."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(fields[3]) == session and fields[0] != "Z":
-            found.append(int(stat.parent.name))
-    return found
-
-
-def assert_nobody_is_left(session: int, within_s: float = 5.0) -> None:
-    until = time.monotonic() + within_s
-    while processes_of(session) and time.monotonic() < until:
-        time.sleep(0.02)
-    assert processes_of(session) == []
 
 
 def health_of(process: subprocess.Popen[str], until: Callable[[Health], bool]) -> Health:
@@ -157,7 +134,7 @@ def test_up_starts_nine_processes_and_stops_them_all(begin: Start, number: signa
     else:
         process.send_signal(number)
     assert end(process).code == 0
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 @pytest.mark.parametrize("victim", ["joint 3", "plant", "master"])
@@ -167,7 +144,7 @@ def test_when_one_dies_the_others_are_stopped(begin: Start, victim: str) -> None
     ended = end(process)
     assert ended.code == 1
     assert re.search(rf"rfms: {victim} \(pid \d+\) has ended with exit code -9", ended.err)
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_keep_going_leaves_the_others(begin: Start) -> None:
@@ -180,7 +157,7 @@ def test_keep_going_leaves_the_others(begin: Start) -> None:
     ended = end(process)
     assert ended.code == 0
     assert "gripper (pid" in ended.err and "the others go on" in ended.err
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_no_orphan_survives_a_killed_parent(begin: Start) -> None:
@@ -188,7 +165,7 @@ def test_no_orphan_survives_a_killed_parent(begin: Start) -> None:
     assert len(processes_of(process.pid)) == 11  # these nine, the hub, and the parent
     process.kill()
     process.wait(5.0)
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_up_runs_a_program_to_its_end_and_records_it(begin: Start, tmp_path: Path) -> None:
@@ -197,7 +174,7 @@ def test_up_runs_a_program_to_its_end_and_records_it(begin: Start, tmp_path: Pat
     assert ended.code == 0, ended.err
     assert json.loads((tmp_path / "run" / "summary.json").read_text())["cycles"] > 350
     assert (tmp_path / "run" / "bus.log").stat().st_size > 1_000_000
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_up_with_a_program_brakes_the_arm_when_it_is_stopped(begin: Start, tmp_path: Path) -> None:
@@ -208,7 +185,7 @@ def test_up_with_a_program_brakes_the_arm_when_it_is_stopped(begin: Start, tmp_p
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert summary["fault"] is None and 50 < summary["cycles"] < 3500
     assert_arm_is_braked(tmp_path / "run" / "bus.log")
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_a_malformed_program_starts_nobody(begin: Start, tmp_path: Path) -> None:
@@ -232,7 +209,7 @@ def test_runs_attach_to_nodes_that_are_up_one_after_the_other(begin: Start) -> N
     assert nodes.poll() is None
     nodes.send_signal(signal.SIGINT)
     assert end(nodes).code == 0
-    assert_nobody_is_left(nodes.pid)
+    assert_none_left(nodes.pid)
 
 
 def test_single_verbs_make_a_whole_bus(begin: Start, tmp_path: Path) -> None:
@@ -286,7 +263,7 @@ def test_ctrl_c_stops_the_arm(begin: Start, tmp_path: Path) -> None:
     assert ended == Ended(130, "", "rfms: SIGINT ended the run; the arm has been stopped\n")
     assert json.loads((tmp_path / "run" / "summary.json").read_text())["incomplete"] == 0
     assert_arm_is_braked(tmp_path / "run" / "bus.log")
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_a_killed_node_halts_the_run_and_is_named(begin: Start, tmp_path: Path) -> None:
@@ -301,7 +278,7 @@ def test_a_killed_node_halts_the_run_and_is_named(begin: Start, tmp_path: Path) 
     assert "joint 3" in result["fault"]
     assert json.loads((tmp_path / "run" / "summary.json").read_text()) == result
     assert_arm_is_braked(tmp_path / "run" / "bus.log")
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_a_hub_that_dies_ends_the_run(begin: Start, tmp_path: Path) -> None:
@@ -311,7 +288,7 @@ def test_a_hub_that_dies_ends_the_run(begin: Start, tmp_path: Path) -> None:
     assert ended.code == 1
     assert "rfms: hub 'run' has gone" in ended.err
     assert "Traceback" not in ended.err
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)
 
 
 def test_the_barrier_counts_a_node_that_hangs_and_names_it(begin: Start, tmp_path: Path) -> None:
@@ -335,4 +312,4 @@ def test_a_node_that_hangs_for_three_barriers_is_lost(begin: Start, tmp_path: Pa
     result = json.loads(ended.out)
     assert result["incomplete"] >= 3
     assert re.fullmatch("joint 3: no (ERROR|DAC)_3 for 3 cycles", result["fault"])
-    assert_nobody_is_left(process.pid)
+    assert_none_left(process.pid)

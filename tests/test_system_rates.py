@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from support.system_run import SHORT
+from support.system import SHORT
 
 from rfms_can.coordinator import Arm
 from rfms_can.errors import ProgramError

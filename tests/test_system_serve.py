@@ -12,8 +12,8 @@ from pathlib import Path
 import msgspec
 import pytest
 import zmq
-from support.served import LONG_S, Client, Running
-from support.system_run import ROOT
+from support.server import LONG_S, Running
+from support.system import ROOT
 
 from rfms_can.errors import LinkError
 from rfms_can.link.address import endpoints_of, socket_paths
@@ -22,10 +22,7 @@ from rfms_can.messages import (
     MAX_BYTES,
     CycleReached,
     LeaseRequest,
-    ModeMessage,
     MoveOver,
-    MoveRequest,
-    PositionMessage,
     Query,
     StopRequest,
     TransformMessage,
@@ -41,27 +38,16 @@ SETTINGS = RunSettings(friction="none")
 
 
 @pytest.fixture
-def running(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Running]:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    server = Running(SETTINGS, Listening("bench"))
-    yield server
-    server.end()
-
-
-def move(client: Client, name: str = "there", seconds: float = 1.0, z: float = 0.05) -> int:
-    """Ask for a move straight up; its number."""
-    t6 = Transform(*client.ask(Query()).status.t6)
-    client.done(TransformMessage(name, Transform.translation(0.0, 0.0, z) @ t6))
-    client.done(PositionMessage(name, ["t6"], [name]))
-    client.done(ModeMessage(name, "joint", 0.2, seconds))
-    return client.done(MoveRequest(name, name)).sequence
+def running(runtime: Path) -> Iterator[Running]:
+    with Running(SETTINGS, Listening("bench")) as server:
+        yield server
 
 
 def test_a_move_over_the_link(running: Running) -> None:
     client = running.client("cell")
     client.acquire()
     before = client.ask(Query()).status
-    sequence = move(client)
+    sequence = client.move()
     reply = client.wait(MoveOver(sequence))
     assert reply.refusal is None
     assert reply.status.completed == sequence
@@ -96,12 +82,11 @@ def test_two_clients_one_is_refused_by_name(running: Running) -> None:
 KILLED = """
 import sys, time
 sys.path.insert(0, "tests")
-from support.served import Client
-from test_system_serve import move
+from support.server import Client
 from rfms_can.messages import LeaseRequest, MoveOver, WaitRequest
 client = Client("bench", "killed")
 client.acquire(0.5)
-sequence = move(client, seconds=60.0, z=0.08)
+sequence = client.move(seconds=60.0, z=0.08)
 client.send(WaitRequest([MoveOver(sequence)]))
 print("moves", flush=True)
 while True:
@@ -135,7 +120,7 @@ def test_a_client_killed_in_mid_motion(running: Running) -> None:
 def test_an_emergency_stop_from_a_third_client(running: Running) -> None:
     left, right, third = (running.client(name) for name in ("left", "right", "third"))
     left.acquire()
-    sequence = move(left, seconds=20.0)
+    sequence = left.move(seconds=20.0)
     waiting = left.send(WaitRequest([MoveOver(sequence)]))
     right.watch(lambda status: status.stage == "LINEAR")
     third.emergency("a hand in the cell")
@@ -152,7 +137,7 @@ def test_an_emergency_stop_from_a_third_client(running: Running) -> None:
 def test_the_end_tells_who_waits_and_brakes(running: Running) -> None:
     client = running.client("cell")
     client.acquire()
-    sequence = move(client, seconds=10.0)
+    sequence = client.move(seconds=10.0)
     waiting = client.send(WaitRequest([MoveOver(sequence)]))
     client.watch(lambda status: status.stage == "LINEAR")
     serving = running.serving
@@ -216,7 +201,7 @@ def shout(path: Path, data: bytes) -> None:
 def test_garbage_on_raw_sockets(running: Running) -> None:
     client = running.client("cell")
     client.acquire(10.0)
-    sequence = move(client)
+    sequence = client.move()
     before = client.ask(Query()).status
     for path in socket_paths("bench"):
         for data in garbage():

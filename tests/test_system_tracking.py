@@ -4,7 +4,7 @@ The program is the demo's own; errors are those the joints put on the bus in the
 """
 
 import pytest
-from support.system_run import SimulatedRun, simulated_run
+from support.system import SimulatedRun, simulated_run
 
 from rfms_can.bus.budget import contract_streams
 from rfms_can.bus.schedule import response_times

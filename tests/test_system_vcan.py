@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import can
 import pytest
-from support.system_run import ROOT, SHORT
+from support.system import ROOT, SHORT
 
 from rfms_can.cli.app import main
 from rfms_can.coordinator import Arm

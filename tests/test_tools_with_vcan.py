@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 WITH_VCAN = Path(__file__).parents[1] / "tools" / "with-vcan"
-PROBE = Path(__file__).parent / "support" / "with_vcan_probe.py"
+PROBE = Path(__file__).parent / "support" / "programs" / "with_vcan_probe.py"
 AWKWARD = ["two words", "it's", 'a "quote"', "", "$HOME *", "back\\slash", "--json"]
 PATIENCE_S = 60.0
 

@@ -1,7 +1,7 @@
 """The master's shadow of the six joints: it sees what must not be sent."""
 
 from pytest import approx
-from support.trajectory_rig import HOME, LEFT_DOWN, TAU, Rig, over_the_wire
+from support.trajectory import HOME, LEFT_DOWN, TAU, Rig, over_the_wire
 
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import direct

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import pytest
 from pytest import approx
-from support.trajectory_rig import Rig, golden_rig
+from support.trajectory import Rig, golden_rig
 
 from rfms_can.wire.vocabulary import Blend, Mode
 

@@ -6,8 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from pytest import approx
-from support.trajectory_path import deviation
-from support.trajectory_rig import HOME, LEFT_DOWN, POSITIONS, TAU, TOOL, Rig, WeavingGoal
+from support.trajectory import HOME, LEFT_DOWN, POSITIONS, TAU, TOOL, Rig, WeavingGoal, deviation
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

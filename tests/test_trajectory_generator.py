@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 from pytest import approx
-from support.trajectory_rig import HOME, LEFT_DOWN, TAU, TOOL, Rig
+from support.trajectory import HOME, LEFT_DOWN, TAU, TOOL, Rig
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError, RfmsError

@@ -2,7 +2,8 @@
 
 import pytest
 from pytest import approx
-from support.trajectory_rig import golden, golden_rig
+from support.golden import golden
+from support.trajectory import golden_rig
 
 from rfms_can.setpoint.blend import MatchingPolynomial, segment_derivatives
 from rfms_can.wire.vocabulary import Blend

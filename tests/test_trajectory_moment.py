@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from pytest import approx
-from support.trajectory_rig import POSITIONS, TAU, TOOL, Rig, WeavingGoal
+from support.trajectory import POSITIONS, TAU, TOOL, Rig, WeavingGoal
 
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import direct

@@ -1,7 +1,7 @@
 """The golden trajectories end to end: generator, SETPOINT frames, each joint's own solution."""
 
 import pytest
-from support.trajectory_rig import golden_rig
+from support.trajectory import golden_rig
 
 from rfms_can.setpoint.frames import setpoint_of, values_of
 from rfms_can.wire.contract import Wire

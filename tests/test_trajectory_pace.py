@@ -4,8 +4,7 @@ import itertools
 
 import pytest
 from pytest import approx
-from support.trajectory_path import deviation
-from support.trajectory_rig import LEFT_DOWN, POSITIONS, Rig, WeavingGoal
+from support.trajectory import LEFT_DOWN, POSITIONS, Rig, WeavingGoal, deviation
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

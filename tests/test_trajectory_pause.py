@@ -1,6 +1,6 @@
 """A pause whose ramp is still under way when the start of a moving goal would be looked at."""
 
-from support.random_programs import Leg
+from support.programs.random_moves import Leg
 from test_trajectory_properties import Pace, run
 
 from rfms_can.master.trajectory.segment import Transition

@@ -6,8 +6,8 @@ from typing import NamedTuple
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
-from support.runnable_path import is_runnable
-from support.trajectory_rig import LEFT_DOWN, TAU, Rig
+from support.programs.random_moves import is_runnable, near
+from support.trajectory import LEFT_DOWN, TAU, Rig
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError
@@ -27,10 +27,6 @@ class Leg(NamedTuple):
     segment_ticks: int
     acceleration_ticks: int
     pause: int
-
-
-def near(angle: float, reach: float) -> st.SearchStrategy[float]:
-    return st.floats(angle - reach, angle + reach)
 
 
 legs = st.builds(

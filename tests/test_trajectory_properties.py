@@ -12,10 +12,8 @@ import numpy as np
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from pytest import approx
-from support.random_programs import REST, Leg, hundredths, legs, move_of
-from support.runnable_path import is_runnable
-from support.trajectory_path import deviation
-from support.trajectory_rig import LEFT_DOWN, TAU, Rig
+from support.programs.random_moves import Leg, hundredths, is_runnable, legs, move_of
+from support.trajectory import LEFT_DOWN, REST, TAU, Rig, deviation
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

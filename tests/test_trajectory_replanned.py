@@ -15,9 +15,8 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from pytest import approx
-from support.random_programs import REST, Leg, legs, move_of
-from support.runnable_path import is_runnable
-from support.trajectory_rig import LEFT_DOWN, TAU, Rig
+from support.programs.random_moves import Leg, is_runnable, legs, move_of
+from support.trajectory import LEFT_DOWN, REST, TAU, Rig
 
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError

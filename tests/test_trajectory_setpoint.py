@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
-from support.trajectory_rig import LEFT_DOWN, TAU, Rig
+from support.trajectory import LEFT_DOWN, TAU, Rig
 
 from rfms_can.kinematics import nearest_turn
 from rfms_can.master.trajectory.states import Stage

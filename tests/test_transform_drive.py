@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.kinematics_golden import distance, golden
+from support.golden import distance, golden
 
 from rfms_can.transform import DriveTransform, Transform
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.kinematics_golden import distance, homogeneous, matrix
+from support.golden import distance, homogeneous, matrix
 
 from rfms_can.errors import KinematicsError
 from rfms_can.transform import (

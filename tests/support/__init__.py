@@ -1,1 +1,20 @@
-"""What the tests share: benches, rigs, programs, golden data."""
+"""What the tests share.
+
+=====================  =============================================================================
+``bench``              one node, pumped with plain calls: the bench speaks for all that is around it
+``joint_bench``        the same for a joint: its board, and the five other joints
+``bus_nodes``          the smallest nodes there are, for tests of buses: talk, answer, listen
+``fleet``              all nine nodes, pumped with plain calls: frames lost, repeated, delayed
+``system``             programs on the simulated bus: results, rests, what happened in each cycle
+``server``             a server's core without sockets, and a real one in a thread with clients
+``link``               a program's end of the link without sockets: to such a core, or to nothing
+``command_line``       ``rfms`` as a user types it
+``scene``              an arm in a scene, without a bus
+``trajectory``         the trajectory generator and six joints, without a bus
+``planning``           the same with a planner before it
+``identification``     what perfect experiments on a plant record, and find out
+``golden``             reads ``tests/golden``, and compares with it
+``wire_messages``      every message of the wire contract, values for it, cantools' word on it
+``programs``           programs as files, moves drawn at random
+=====================  =============================================================================
+"""

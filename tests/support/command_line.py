@@ -1,8 +1,10 @@
 """``rfms`` as a user types it: in this process for speed, in one of its own for signals."""
 
 import os
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -73,3 +75,30 @@ def end(process: subprocess.Popen[str], timeout_s: float = 30.0) -> Ended:
         process.kill()
         raise
     return Ended(process.returncode, out, err)
+
+
+def kill(process: subprocess.Popen[str]) -> None:
+    """Kill a command started here, with all processes of its session."""
+    for pid in processes_of(process.pid):
+        os.kill(pid, signal.SIGKILL)
+
+
+def processes_of(session: int) -> list[int]:
+    """Processes that run in a session, zombies excepted: what a command has left behind."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+def assert_none_left(session: int, within_s: float = 5.0) -> None:
+    """All processes of a session end within a time."""
+    until = time.monotonic() + within_s
+    while processes_of(session) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert processes_of(session) == []

@@ -27,10 +27,15 @@ from rfms_can.wire.vocabulary import (
     Parameter,
     TrajectoryState,
 )
-from support.node_bench import PERIOD_NS, Bench, Heard
+from support.bench import PERIOD_NS, FieldNodeBench, Heard
 
 
-class JointBench(Bench):
+def step_limit(bench: "JointBench") -> float:
+    """Largest step of a set-point or a measurement, rad in one cycle."""
+    return 1.5 * bench.parameters[Parameter.SPEED_LIMIT] * PERIOD_NS * 1e-9
+
+
+class JointBench(FieldNodeBench[JointNode]):
     """A joint node, its arm at ``q``, its encoder powered up somewhere else than zero.
 
     Attributes:
@@ -47,9 +52,9 @@ class JointBench(Bench):
         arm: Arm = PUMA_260,
         changes: dict[Parameter, float] | None = None,
     ) -> None:
-        self.node = JointNode(joint, wire, 0x100 + joint, PERIOD_NS)
+        node = JointNode(joint, wire, 0x100 + joint, PERIOD_NS)
         parameters = all_parameters(arm, "corke", PERIOD_NS * 1e-9)[joint]
-        super().__init__(self.node, wire, {**parameters, **(changes or {})})
+        super().__init__(node, wire, {**parameters, **(changes or {})})
         self.arm = arm
         self.index = joint - 1
         self.q = list(arm.park)

@@ -6,13 +6,12 @@ from typing import NamedTuple
 from hypothesis import strategies as st
 
 from rfms_can.arm import PUMA_260
-from rfms_can.kinematics import Joints, direct
-from rfms_can.master.trajectory.goal import FixedGoal, Goal
-from rfms_can.master.trajectory.segment import Move, Transition
+from rfms_can.errors import KinematicsError
+from rfms_can.kinematics import InverseKinematics, Joints, direct
+from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
+from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.wire.vocabulary import Mode
-from support.trajectory_rig import LEFT_DOWN, TOOL, MovingGoal, WeavingGoal
-
-REST = (0.2, 1.2, -2.7, 0.3, 1.0, -0.2)
+from support.trajectory import LEFT_DOWN, TOOL, MovingGoal, WeavingGoal
 
 
 class Leg(NamedTuple):
@@ -33,6 +32,7 @@ def hundredths(least: int, most: int) -> st.SearchStrategy[float]:
 
 
 def near(angle: float, reach: float) -> st.SearchStrategy[float]:
+    """Angles within a reach of one, rad."""
     return st.floats(angle - reach, angle + reach)
 
 
@@ -68,3 +68,31 @@ def move_of(number: int, leg: Leg, period_s: float) -> Move:
     entry = leg.transition if leg.mode is Mode.CARTESIAN else Transition.JOINT
     goal = goal_of(leg, period_s)
     return Move(number, goal, leg.mode, ticks, acceleration, LEFT_DOWN, entry)
+
+
+SAMPLES = 24
+
+_solve = InverseKinematics(PUMA_260).solve
+
+
+def is_runnable(before: Move, move: Move, q: Joints, period_s: float, tick: int = 0) -> bool:
+    """Whether the path of ``move``, from the goal of ``before`` at angles near ``q``, has solutions
+    that the joints' speeds allow."""
+    origin = before.target.pose(Moment(tick))
+    segment = Segment.towards(move, origin, Moment(tick, 0.0))
+    samples = 1 if move.mode is Mode.JOINT else SAMPLES
+    duration = move.segment_ticks * period_s / samples
+    try:
+        q = _solve(origin, before.configuration, q)
+        for sample in range(1, samples + 1):
+            h = sample / samples
+            ahead = _solve(segment.pose(Moment(tick, h), 1.0 - h), move.configuration, q)
+            turns = (abs(b - a) / duration for a, b in zip(q, ahead, strict=True))
+            if any(
+                speed > limit for speed, limit in zip(turns, PUMA_260.speed_limits, strict=True)
+            ):
+                return False
+            q = ahead
+    except KinematicsError:
+        return False
+    return True

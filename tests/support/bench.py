@@ -1,9 +1,14 @@
-"""Everything around one node: a bench speaks for master, plant and the other nodes."""
+"""Everything around one node: a bench speaks for master, plant and the other nodes.
+
+``Bench`` is for any node, ``FieldNodeBench`` for one that is configured and has a ladder; what a
+joint needs besides is ``joint_bench``. A node is called, never waited for.
+"""
 
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from rfms_can.joint_nodes.field_node import FieldNode
+from rfms_can.node.protocol import Node
 from rfms_can.wire.configuration import configuration_hash
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
@@ -25,6 +30,9 @@ from rfms_can.wire.vocabulary import (
 )
 
 PERIOD_NS = 4_000_000
+
+AnyNode = TypeVar("AnyNode", bound=Node)
+AnyFieldNode = TypeVar("AnyFieldNode", bound=FieldNode)
 
 
 class Heard(NamedTuple):
@@ -52,8 +60,8 @@ class Reader:
         return [self.read(frame) for frame in frames]
 
 
-class Bench:
-    """Speaks to one node for everybody else.
+class Bench(Generic[AnyNode]):
+    """Speaks to one node for all others.
 
     Attributes:
         node: the node under test.
@@ -63,11 +71,9 @@ class Bench:
         heard: everything the node has sent.
     """
 
-    def __init__(self, node: FieldNode, wire: Wire, parameters: dict[Parameter, float]) -> None:
-        self.field_node = node
+    def __init__(self, node: AnyNode, wire: Wire) -> None:
+        self.node = node
         self.wire = wire
-        self.number = node.number
-        self.parameters = dict(parameters)
         self.cycle = -1
         self.now_ns = 0
         self._sync_ns = 0  # when the last SYNC was due
@@ -92,7 +98,7 @@ class Bench:
 
     def give(self, frame: Frame) -> list[Heard]:
         """Send the node a frame as it is; what it answers."""
-        return self._take(self.field_node.on_frame(frame, self.now_ns))
+        return self._take(self.node.on_frame(frame, self.now_ns))
 
     def _take(self, frames: Sequence[Frame]) -> list[Heard]:
         answers = self._reader.read_all(frames)
@@ -103,9 +109,13 @@ class Bench:
         """NMT to all nodes. START resets all counters, as the master does."""
         answers = self.say(Nmt, None, command, 0, argument)
         if command is Command.START:
-            for sender in self._senders.values():
-                sender.reset()
+            self.reset_counters()
         return answers
+
+    def reset_counters(self) -> None:
+        """All senders begin at counter 0 again."""
+        for sender in self._senders.values():
+            sender.reset()
 
     # --- time -------------------------------------------------------------------------------
 
@@ -133,21 +143,35 @@ class Bench:
     def let_time_pass(self) -> list[Heard]:
         """Call the node's timer as often as it is due by now."""
         answers: list[Heard] = []
-        while (due := self.field_node.next_deadline_ns()) is not None and due <= self.now_ns:
-            answers += self._take(self.field_node.on_time(self.now_ns))
+        while (due := self.node.next_deadline_ns()) is not None and due <= self.now_ns:
+            answers += self._take(self.node.on_time(self.now_ns))
         return answers
 
     def miss_syncs(self, count: int) -> list[Heard]:
         """Let time pass until ``count`` SYNCs have been missed in a row."""
         answers: list[Heard] = []
         for _ in range(count):
-            due = self.field_node.next_deadline_ns()
+            due = self.node.next_deadline_ns()
             assert due is not None
             self.now_ns = due
             self.cycle += 1
             self._sync_ns += PERIOD_NS
-            answers += self._take(self.field_node.on_time(due))
+            answers += self._take(self.node.on_time(due))
         return answers
+
+
+class FieldNodeBench(Bench[AnyFieldNode]):
+    """Speaks to a joint or gripper node.
+
+    Attributes:
+        number: of the node.
+        parameters: what CONFIG tells it.
+    """
+
+    def __init__(self, node: AnyFieldNode, wire: Wire, parameters: dict[Parameter, float]) -> None:
+        self.number = node.number
+        self.parameters = dict(parameters)
+        super().__init__(node, wire)
 
     # --- bring-up ---------------------------------------------------------------------------
 
@@ -174,10 +198,12 @@ class Bench:
         frame = self.wire.sender(ConfigAck, 1).frame(0, 0, value, 0)
         return float(self._reader.read(frame).values.value)
 
+    # --- what it has sent -------------------------------------------------------------------
+
     @property
     def state(self) -> NodeState:
         """The node's state."""
-        return self.field_node.state
+        return self.node.state
 
     def dacs(self, answers: Iterable[Heard] | None = None) -> list[Dac]:
         """DAC frames among answers, or of all time."""

@@ -1,15 +1,29 @@
-"""Sockets that lead straight to a server's core on a bench, and lose messages when told to.
+"""A program's link without sockets: to a server's core on a bench, or to no server at all.
 
-Time passes as the server allows it while a client waits for a reply; where nothing can come any
-more, local time goes on by as much as was waited.
+``CoreSocket`` loses messages when told to. Time passes as the server allows it while a client waits
+for a reply; where nothing can come any more, local time goes on by as much as was waited.
+``FakeLink`` remembers what a program says, and answers by itself.
 """
 
 import asyncio
 
 import msgspec
 
-from rfms_can.messages import AnyRequest, Envelope, WaitRequest
-from support.server_bench import SECOND, Bench
+from rfms_can.errors import FaultError
+from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    AnyRequest,
+    CycleReached,
+    Envelope,
+    Message,
+    MoveOver,
+    MoveRequest,
+    Status,
+    WaitRequest,
+)
+from rfms_can.transform import Transform
+from support.server import SECOND, ServerBench
 
 CYCLES = 25
 """Cycles that may pass during one wait for a reply."""
@@ -30,7 +44,7 @@ class CoreSocket:
         late_ns: by how much local time goes on with the next cycle.
     """
 
-    def __init__(self, bench: Bench, peer: bytes) -> None:
+    def __init__(self, bench: ServerBench, peer: bytes) -> None:
         self.address = "bench"
         self.bench = bench
         self.peer = peer
@@ -126,3 +140,96 @@ class AsyncCoreSocket:
 
     async def __aexit__(self, *_: object) -> None:
         self.close()
+
+
+class FakeLink:
+    """Takes every message, and lets a cycle pass whenever a condition does not hold.
+
+    Attributes:
+        heard: messages, in order.
+        now: cycles that have passed.
+        over: last move that is complete.
+        rests_at: cycle at which arm and jaw come to rest.
+        refusal: raised by the next request, if any.
+    """
+
+    def __init__(self) -> None:
+        self.heard: list[Message] = []
+        self.now = 0
+        self.over = 0
+        self.rests_at = 0
+        self.refusal: Exception | None = None
+        self.fault_at: int | None = None
+        self._moves = 0
+
+    def request(self, message: Message) -> Answer:
+        if self.refusal is not None:
+            raise self.refusal
+        self.heard.append(message)
+        if isinstance(message, MoveRequest):
+            self._moves += 1
+            return Answer(self._moves)
+        return Answer()
+
+    def wait(self, *any_of: AnyCondition) -> None:
+        while not any(self._holds(condition) for condition in any_of):
+            self.now += 1
+            if self.now == self.fault_at:
+                raise FaultError("joint 3: OVER_TORQUE (9)")
+            if self.now % 100 == 0:
+                self.over += 1
+
+    def _holds(self, condition: AnyCondition) -> bool:
+        match condition:
+            case MoveOver(sequence):
+                return self.over >= sequence
+            case CycleReached(cycle):
+                return self.now >= cycle
+            case _:
+                return self.now >= self.rests_at
+
+    def status(self) -> Status:
+        return status(
+            cycle=self.now,
+            joints=(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+            t6=Transform.translation(0.3, 0.2, 0.1),
+        )
+
+    def time(self) -> float:
+        return 0.004 * self.now
+
+
+NOTHING = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+AT_REST = Status(
+    cycle=0,
+    time=0.0,
+    period=0.004,
+    clock="virtual",
+    phase="RUN",
+    stage="IDLE",
+    joints=NOTHING,
+    t6=Transform.identity(),
+    errors=NOTHING,
+    sequence=0,
+    completed=0,
+    waiting=0,
+    at_rest=True,
+    jaw_at_rest=True,
+    jaw=0.08,
+    feed=1.0,
+    comply="",
+    complying="",
+    complied=NOTHING,
+    force=NOTHING,
+    force_loop="none",
+    guard=None,
+    lease=None,
+    refused=0,
+    fault=None,
+)
+
+
+def status(**fields: object) -> Status:
+    """The status of an arm at rest, but for some fields."""
+    return msgspec.structs.replace(AT_REST, **fields)

@@ -18,10 +18,9 @@ from rfms_can.master.trajectory.planning import (
 from rfms_can.master.trajectory.segment import Transition
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode
-from support.trajectory_rig import LEFT_DOWN, TAU, Rig
+from support.trajectory import LEFT_DOWN, REST, TAU, Rig
 
 Floats = npt.NDArray[np.float64]
-REST: Joints = (0.2, 1.2, -2.7, 0.3, 1.0, -0.2)
 TOOL = Transform.translation(0.0, 0.0, 0.1)
 
 

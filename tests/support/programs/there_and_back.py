@@ -8,7 +8,7 @@ SHORT, LONG = 0.04, 0.08
 FAR = math.radians(4.0)
 
 
-def there_and_back(arm: Arm) -> None:
+def program(arm: Arm) -> None:
     """One way in three modes, in 1.5 s of motion."""
     hand = arm.transform("hand", arm.pose)
     turn = arm.transform("turn", Transform.rotation((0.0, 0.0, 1.0), FAR))

@@ -9,10 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from rfms_can.arm import JOINT_COUNT, Arm, arm_by_name, known_load, load_alone
+from rfms_can.arm.calibration import Calibration, JointCalibration
+from rfms_can.arm.torque_law import TorqueLaw
+from rfms_can.dynamics.fitted import fitted_constants
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.identification.experiments.actions import (
     BURST,
@@ -168,3 +172,41 @@ def ideal_experiments(arm: str, plant: str) -> tuple[Variant, dict[str, Data]]:
         for seed, experiment in enumerate(experiments(data))
     }
     return variant, found
+
+
+def exact_calibration(variant: Variant, notes: tuple[str, ...] = ()) -> Calibration:
+    """What a perfect experiment would find out about a plant."""
+    return calibration_of(variant.rigid, variant.laws, notes)
+
+
+def calibration_of(
+    arm: Arm, laws: tuple[TorqueLaw, ...], notes: tuple[str, ...] = ()
+) -> Calibration:
+    full = ArmDynamics(arm)
+    constants = fitted_constants(full)
+    first, second, third, fourth, fifth, sixth = (_joint(law) for law in laws)
+    a, b, c, d, e, f = (drive.armature for drive in arm.drives)
+    values = {
+        "arm": arm.name,
+        "joint": [first, second, third, fourth, fifth, sixth],
+        "constants": constants,
+        "deviations": dict.fromkeys(constants, 0.0),
+        "links": {"parameters": full.parameters.tolist(), "armature": [a, b, c, d, e, f]},
+        "notes": list(notes),
+    }
+    return msgspec.convert(msgspec.to_builtins(values), type=Calibration)
+
+
+def _joint(law: TorqueLaw) -> JointCalibration:
+    return JointCalibration(
+        law.slope_positive,
+        law.offset_positive,
+        law.slope_negative,
+        law.offset_negative,
+        law.viscous,
+        -law.offset_positive,
+        law.offset_negative,
+        0.92,
+        -11.0,
+        {"slope_positive": 1e-5},
+    )

@@ -1,17 +1,15 @@
-"""The trajectory generator and six joints in one, and programs for them; no bus."""
+"""The trajectory generator and six joints without a bus, and how far two of their paths differ."""
 
-import gzip
-import json
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from rfms_can.arm import PUMA_260
-from rfms_can.kinematics import Configuration, JointSolver, direct
+from rfms_can.kinematics import Configuration, Joints, JointSolver, direct
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.master.trajectory.segment import Move, Transition, whole_ticks
@@ -19,21 +17,19 @@ from rfms_can.master.trajectory.states import Stage
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode
+from support.golden import golden
 
 LEFT_DOWN = Configuration.parse("left down noflip")
 TAU = 0.005
 HOME = (0.174532925199, 1.2217304764, -2.96705972839, 0.349065850399, 1.0471975512, -0.174532925199)
 """Where the golden trajectories start, rad."""
+REST: Joints = (0.2, 1.2, -2.7, 0.3, 1.0, -0.2)
+"""Joint angles that moves are planned from, and drawn near, rad."""
 
 
-def golden(name: str) -> Any:
-    path = Path(__file__).parents[1] / "golden" / f"{name}.json.gz"
-    return json.loads(gzip.decompress(path.read_bytes()))
-
-
-GOLDEN_STATIC = golden("trajectory_static")
-TOOL = Transform.from_rows(GOLDEN_STATIC["tool"])
-POSITIONS = {name: Transform.from_rows(GOLDEN_STATIC[name]) for name in ("W0", "W1", "W2", "W3")}
+_STATIC: Any = golden("trajectory_static")
+TOOL = Transform.from_rows(_STATIC["tool"])
+POSITIONS = {name: Transform.from_rows(_STATIC[name]) for name in ("W0", "W1", "W2", "W3")}
 """Tool poses of the golden programs."""
 
 
@@ -231,3 +227,55 @@ def golden_rig(name: str, blend: Blend, *, wire: bool = False) -> tuple[Rig, lis
         velocity = data["W3_velocity"] if move["target"] == "W3" else (0.0, 0.0, 0.0)
         rig.move(modes[move["mode"]], move["target"], move["tseg"], move["tacc"], velocity)
     return rig, data["rows"]
+
+
+Floats = npt.NDArray[np.float64]
+NODES = 8
+"""Samples an angle between two samples is interpolated from."""
+
+
+class Passage(NamedTuple):
+    """From one hand-over to the next: local time, and six angles of each cycle."""
+
+    n: Floats
+    q: Floats
+
+
+def passages(rig: Rig) -> list[Passage]:
+    """The segments of a run, each with the transition into it; without cycles at rest."""
+    found: list[tuple[list[float], list[list[float]]]] = []
+    last, last_n = Stage.IDLE, 0.0
+    for setpoint, stage, q in zip(rig.setpoints, rig.stages, rig.q, strict=True):
+        if stage is not Stage.IDLE:
+            begins = stage is Stage.CURVE and (last is not Stage.CURVE or setpoint.n < last_n)
+            if stage is Stage.START or begins:
+                found.append(([], []))
+            found[-1][0].append(setpoint.n)
+            found[-1][1].append(q)
+        last, last_n = stage, setpoint.n
+    return [Passage(np.array(n), np.array(q)) for n, q in found]
+
+
+def interpolated(passage: Passage, n: Floats) -> Floats:
+    """The angles at local times ``n``, by Lagrange's polynomial of the nearest samples."""
+    first = np.clip(np.searchsorted(passage.n, n) - NODES // 2, 0, len(passage.n) - NODES)
+    angles = np.zeros((len(n), 6))
+    for row, (k, x) in enumerate(zip(first, n, strict=True)):
+        nodes = passage.n[k : k + NODES]
+        for i, node in enumerate(nodes):
+            others = np.delete(nodes, i)
+            angles[row] += np.prod((x - others) / (node - others)) * passage.q[k + i]
+    return angles
+
+
+def deviation(rig: Rig, nominal: Rig) -> float:
+    """Largest distance, rad, between the angles of two runs at the same local times."""
+    mine, reference = passages(rig), passages(nominal)
+    assert len(mine) == len(reference)
+    largest = 0.0
+    for passage, whole in zip(mine, reference, strict=True):
+        inside = (passage.n >= whole.n[0]) & (passage.n <= whole.n[-1])
+        assert np.any(inside)
+        apart = passage.q[inside] - interpolated(whole, passage.n[inside])
+        largest = max(largest, float(np.max(np.abs(apart))))
+    return largest
