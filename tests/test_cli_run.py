@@ -134,7 +134,7 @@ def test_a_joint_limit_names_the_joint_and_the_bound(rfms: Rfms, directory: Path
         (["--clock", "realtime"], "bus 'sim' runs in virtual time"),
         (
             ["--clock", "virtual", "--bus", "hub:x"],
-            "works only on bus 'sim'; hub:x takes lockstep",
+            "works only on bus 'sim'; hub:x needs 'lockstep'",
         ),
         (["--rate", "333"], "rates that fit: 50, 100, 125, 200, 250"),
         (["--rate", "nan"], "rates that fit"),
