@@ -99,7 +99,7 @@ class RunSettings:
             )
         if one_process and not simulated:
             raise SettingsError(
-                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} takes lockstep"
+                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} needs 'lockstep'"
             )
         for name in ("barrier", "patience"):
             if not 0.0 < getattr(self, name) <= LONGEST_S:
