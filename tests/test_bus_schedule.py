@@ -130,6 +130,12 @@ def test_the_budget_of_the_wire_contract() -> None:
     assert min(bus.max_rate_hz for bus in two_buses) == pytest.approx(850, rel=0.05)
 
 
+def test_nodes_that_the_plant_stands_for_take_no_time() -> None:
+    names = {response.stream.name for response in of_250_hz(FD_1_5).responses}
+    assert {"HEARTBEAT_9", "MEASURE_3", "DAC_7", "FORCE"} <= names
+    assert not {"HEARTBEAT_10", "HEARTBEAT_13", "POSITION_1", "JOINT_SETPOINT_1"} & names
+
+
 def test_the_fullest_cycle_fits_the_default_rate_and_its_rows_each_cycle() -> None:
     full = of_250_hz(FD_1_5)
     assert full.in_time

@@ -144,7 +144,7 @@ def test_a_joint_limit_names_the_joint_and_the_bound(rfms: Rfms, directory: Path
         (["--cpu", "-1"], "allowed here"),
         (["--fifo", "200"], "1 to 99"),
         (["--config", "none.toml"], "config file none.toml"),
-        (["--rate", "400"], "104 % of the bus at 1000000/5000000 bit/s, which carries 385 Hz"),
+        (["--rate", "400"], "104 % of the bus at 1000000/5000000 bit/s, which carries 384 Hz"),
         (["--rate", "fast"], "Invalid value for '--rate'"),
         (["--scene", "moon"], "there are: free, peg, surface, curved, corner"),
         (["--scene", "peg"], "stands in front of puma560, out of the reach of puma260"),

@@ -27,7 +27,7 @@ class GripperBench(FieldNodeBench[GripperNode]):
     """The gripper node and its jaw's board."""
 
     def __init__(self, wire: Wire, arm: Arm = PUMA_260) -> None:
-        node = GripperNode(wire, 0x107, PERIOD_NS)
+        node = GripperNode(wire, 0x107)
         super().__init__(node, wire, all_parameters(arm, "corke", PERIOD_NS * 1e-9)[GRIPPER])
         self.arm = arm
 

@@ -30,11 +30,9 @@ def test_unknown_parameters_are_refused_by_number(wire: Wire) -> None:
     assert not bench.node.parameters
 
 
-@pytest.mark.parametrize("change", ["hash", "total", "missing", "arm", "value"])
+@pytest.mark.parametrize("change", ["hash", "total", "missing", "value"])
 def test_a_configuration_that_does_not_hold_together_is_refused(wire: Wire, change: str) -> None:
     bench = JointBench(wire)
-    if change == "arm":
-        bench.parameters[Parameter.ARM_ID] = 261.0
     if change == "value":
         bench.parameters[Parameter.COUNTS_PER_UNIT] = 0.0
     if change == "missing":

@@ -36,7 +36,7 @@ def compensation(dither: float = 0.0, period: float = 0.004) -> FrictionCompensa
             Parameter.NATURAL_FREQUENCY: 0.0,
             Parameter.COUNTS_PER_UNIT: 1.0,
             Parameter.RATE_PER_CODE: -MOVING / MOVING_CODES,  # a motor that turns against it
-            Parameter.DITHER_PART: dither,
+            Parameter.DITHER_FRACTION: dither,
             Parameter.DITHER_PERIOD: DITHER_PERIOD_S,
         }
     )

@@ -114,7 +114,7 @@ def test_after_reset_and_homing_the_ladder_starts_from_the_ground(bench: JointBe
     assert bench.dacs(bench.run(3)) == []
     bench.home()
     bench.start()
-    assert bench.node.register == 0
+    assert bench.node.error_register == 0
     assert _free_run(bench, 2) == []
     assert len(_free_run(bench, 1)) == 1
     assert bench.state is NodeState.QUICKSTOP

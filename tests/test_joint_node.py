@@ -125,7 +125,7 @@ def test_a_master_with_another_dbc_ends_torque_at_once(wire: Wire, enabled: bool
 
 
 def test_a_node_that_has_not_booted_takes_no_offence_at_another_dbc(wire: Wire) -> None:
-    node = JointNode(1, wire, 1, PERIOD_NS)
+    node = JointNode(1, wire, 1)
     frame = wire.sender(Sync).frame(0, NodeState.PREOP, 0, wire.dbc_hash ^ 1)
     assert not node.on_frame(frame, 0)
     assert node.state is NodeState.INIT
@@ -161,18 +161,18 @@ def test_heartbeats_tell_state_hashes_and_what_was_discarded(bench: JointBench) 
     assert len(beats) == 2
     node = bench.node
     assert beats[-1] == (
-        *(NodeState.OPERATIONAL, 0, node.boot_id),
-        *(bench.wire.dbc_hash, node.config_hash, 1),
+        *(NodeState.OPERATIONAL, 0, 0, node.boot_id),
+        *(bench.wire.dbc_hash, node.config_hash, 1, 0),
     )
 
 
-def test_the_error_register_names_the_class_of_every_fault(bench: JointBench) -> None:
+def test_the_error_register_has_a_bit_for_each_fault(bench: JointBench) -> None:
     for faults, register in (
         ([], 0),
-        ([FaultCode.SYNC_MISSING], 1 << 3 | 1),
-        ([FaultCode.LOST_FRAME, FaultCode.HOMING_FAILED], 1 << 2 | 1),  # 1 and 16 share a class
-        (list(FaultCode)[1:], 0xFFFF),
+        ([FaultCode.SYNC_MISSING], 1 << 1 | 1),
+        ([FaultCode.SETPOINT_MISSING, FaultCode.HOMING_FAILED], 1 << 2 | 1 << 10 | 1),
+        (list(FaultCode)[1:], (1 << len(FaultCode)) - 1),
     ):
         bench.node.faults.clear()
         bench.node.faults.update(faults)
-        assert bench.node.register == register
+        assert bench.node.error_register == register

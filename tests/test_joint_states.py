@@ -3,7 +3,6 @@
 from itertools import product
 
 import pytest
-from support.bench import PERIOD_NS
 from support.joint_bench import JointBench
 
 from rfms_can.joint_nodes.joint import JointNode
@@ -123,9 +122,10 @@ def test_commands_without_a_transition_are_ignored_and_counted(
 
 
 def test_a_node_that_has_not_booted_ignores_commands(wire: Wire) -> None:
-    node = JointNode(1, wire, 1, PERIOD_NS)
+    node = JointNode(1, wire, 1)
+    sender = wire.sender(Nmt)
     for command in COMMAND_EVENTS:
-        assert not node.on_frame(wire.sender(Nmt).frame(command, 0, 0), 0)
+        assert not node.on_frame(sender.frame(command, 0, 0), 0)
     assert node.state is S.INIT
     assert node.ignored.total() == len(COMMAND_EVENTS)
 

@@ -21,7 +21,7 @@ from rfms_can.wire.contract import BIAS_BELONGS, Wire
 from rfms_can.wire.records import Bias, Rows
 from rfms_can.wire.vocabulary import Command, Law, NodeState, Parameter
 
-PARAMETERS = {**all_parameters(PUMA_560, "corke", 0.004)[3], Parameter.DITHER_PART: 0.5}
+PARAMETERS = {**all_parameters(PUMA_560, "corke", 0.004)[3], Parameter.DITHER_FRACTION: 0.5}
 
 six = st.tuples(*[st.floats(-1.0, 1.0)] * 6)
 
@@ -47,7 +47,7 @@ def test_the_terms_of_a_servo_torque_add_up_to_it(
     for number, (c, mc, selection, gravity) in enumerate(sets):
         set_number = number % 200
         told = (gravity, set_number, law, 12.0, selection, number % 200)
-        rows.receive(Rows._make((*c, *mc, *told)))
+        rows.receive(Rows._make((*c, *mc, *told, 0)))
         assert rows.activate(set_number)
         for cycle in range(12):
             torques = []

@@ -7,8 +7,9 @@ import pytest
 from support.fleet import Fleet
 
 from rfms_can.master.phases import Phase
-from rfms_can.master.settings import CLOCKS, Clock, MasterSettings
+from rfms_can.master.settings import CLOCKS, MasterSettings
 from rfms_can.messages import GripperRequest
+from rfms_can.wire.configuration import Clock
 from rfms_can.wire.contract import MESSAGES, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.protection import Refusal

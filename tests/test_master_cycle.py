@@ -100,17 +100,17 @@ def test_weighted_rows_are_the_inertia_times_the_compliance() -> None:
     dynamics.update(q)
     J = compliance_jacobian(dynamics.J, frame)
     C = np.linalg.solve(J, np.where(selection.mask[:, np.newaxis], 0.0, J))
-    for law, first, second, wire in (
-        (ControlLaw.WEIGHTED, dynamics.M, dynamics.M @ C, Law.WEIGHTED),
-        (ControlLaw.HYBRID, C, dynamics.M, Law.PID),
+    for law, expected, wire in (
+        (ControlLaw.WEIGHTED, dynamics.M @ C, Law.WEIGHTED),
+        (ControlLaw.HYBRID, C, Law.PID),
     ):
         math_processor = MathProcessor(PUMA_260, make_dynamics(PUMA_260, FULL), law)
         compliance = Compliance().changed(selection, frame)
         rows = math_processor.rows(7, q, compliance, NOTHING)
         assert (rows.number, rows.compliance) == (7, compliance)
         for i, row in enumerate(rows.values):
-            assert row[:6] == pytest.approx(first[i], abs=1e-9)
-            assert row[6:12] == pytest.approx(second[i], abs=1e-9)
+            assert row[:6] == pytest.approx(expected[i], abs=1e-9)
+            assert row[6:12] == pytest.approx(dynamics.M[i], abs=1e-9)
             assert row[13:] == (7, wire, COMPLIANT_DAMPING, 0b100001, 1)
 
 

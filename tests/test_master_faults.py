@@ -7,10 +7,11 @@ from support.fleet import Fleet
 
 from rfms_can.master.answers import SILENCE_BOUND, Answers, bit
 from rfms_can.master.phases import Phase
-from rfms_can.master.settings import Clock
+from rfms_can.wire.configuration import Clock
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, JOINTS
-from rfms_can.wire.records import Dac, Emcy, Estop, Heartbeat, JointError, Measure, Rows
+from rfms_can.wire.records import Dac, Emcy, Estop, JointError, Measure, Rows
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState
 
 
@@ -89,17 +90,55 @@ def test_answers_of_another_cycle_do_not_count(wire: Wire, clock: Clock) -> None
 # --- faults -----------------------------------------------------------------------------------
 
 
+def emergency(
+    fleet: Fleet,
+    node: int,
+    fault: int,
+    value: float,
+    *,
+    bound: float = 0.0,
+    culprit: int = 0,
+    message: int = 0,
+) -> Frame:
+    """An EMCY of a node."""
+    values = (fault, culprit or node, message, value, bound, 0, 1 << fault | 1)
+    return fleet.wire.sender(Emcy, node).frame(*values)
+
+
+@pytest.mark.parametrize(
+    ("culprit", "frame", "words"),
+    [
+        (9, "MEASURE_5", "joint 5: MEASURE_MISSING (3, bound 3): MEASURE_5 of plant"),
+        (5, "", "joint 5: MEASURE_MISSING (3, bound 3)"),
+        (0, "MEASURE_5", "joint 5: MEASURE_MISSING (3, bound 3): MEASURE_5"),
+        (8, "", "joint 5: MEASURE_MISSING (3, bound 3): master"),
+    ],
+)
+def test_an_emergency_names_the_culprit(fleet: Fleet, culprit: int, frame: str, words: str) -> None:
+    message = fleet.wire.codecs[frame].id if frame else 0
+    fault = FaultCode.MEASURE_MISSING
+    fleet.pump.post([emergency(fleet, 5, fault, 3.0, bound=3.0, culprit=culprit, message=message)])
+    assert fleet.halted() == words
+
+
+def test_a_fault_that_only_a_later_version_knows_is_told_by_its_number(fleet: Fleet) -> None:
+    fleet.pump.post([emergency(fleet, 5, 30, 1.0)])
+    assert fleet.halted() == "joint 5: FaultCode 30 (1)"
+
+
 def test_an_emergency_of_one_node_stops_all_and_is_latched(fleet: Fleet) -> None:
-    fleet.pump.post([fleet.wire.sender(Emcy, 5).frame(FaultCode.OVER_TORQUE, 1, 12.5, 0)])
-    assert fleet.halted() == "joint 5: OVER_TORQUE (12.5)"
+    fleet.pump.post([emergency(fleet, 5, FaultCode.HARD_LIMIT, 12.5, bound=3.0)])
+    assert fleet.halted() == "joint 5: HARD_LIMIT (12.5, bound 3)"
     assert fleet.said("NMT")[-1].command == Command.QUICKSTOP
     fleet.run(2)
     assert {node.state for node in fleet.joints} == {NodeState.QUICKSTOP}
     assert fleet.said("SYNC")[-1].state == NodeState.QUICKSTOP
-    fleet.pump.post([fleet.wire.sender(Emcy, 2).frame(FaultCode.RUNAWAY, 1, 0.0, 0)])
+    fleet.pump.post([emergency(fleet, 2, FaultCode.SOFT_LIMIT, 1.0)])
     fleet.master.start()
     fleet.run(50)
-    assert fleet.master.fault == "joint 5: OVER_TORQUE (12.5)"  # the first one is the reason
+    assert (
+        fleet.master.fault == "joint 5: HARD_LIMIT (12.5, bound 3)"
+    )  # the first one is the reason
     assert fleet.master.phase is Phase.HALT
     assert {node.state for node in fleet.joints} == {NodeState.QUICKSTOP}
 
@@ -114,8 +153,8 @@ def test_the_estop_frame_of_anybody_halts_the_run(fleet: Fleet) -> None:
 
 def test_a_node_that_says_it_has_stopped_halts_the_run_without_its_emcy(fleet: Fleet) -> None:
     fleet.pump.lose(lambda frame, _: frame.id == fleet.id(Emcy, 2))
-    beat = fleet.wire.sender(Heartbeat, 2)
-    fleet.pump.post([beat.frame(NodeState.QUICKSTOP, 1, 2, fleet.wire.dbc_hash, 0, 0)])
+    beat = fleet.joints[1]._heartbeat  # it counts on
+    fleet.pump.post([beat.frame(NodeState.QUICKSTOP, 0, 1, 2, fleet.wire.dbc_hash, 0, 0, 0)])
     assert fleet.halted() == "joint 2 is in QUICKSTOP"
 
 
@@ -129,7 +168,7 @@ def test_stop_disables_brakes_and_ends(fleet: Fleet) -> None:
 
 
 def test_stop_after_a_fault_resets_the_nodes_to_preop(fleet: Fleet) -> None:
-    fleet.pump.post([fleet.wire.sender(Emcy, 5).frame(FaultCode.OVER_TORQUE, 1, 12.5, 0)])
+    fleet.pump.post([emergency(fleet, 5, FaultCode.HARD_LIMIT, 12.5, bound=3.0)])
     fleet.halted()
     fleet.run(30)
     fleet.master.stop()

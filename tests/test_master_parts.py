@@ -21,7 +21,7 @@ from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.compliance import Compliance
 from rfms_can.master.rows.math_processor import MathProcessor
 from rfms_can.master.rows.sets import RowSets
-from rfms_can.master.settings import Clock, MasterSettings
+from rfms_can.master.settings import MasterSettings
 from rfms_can.master.start_up.node_parameters import parameters_for
 from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
@@ -35,6 +35,7 @@ from rfms_can.messages import (
     TransformMessage,
 )
 from rfms_can.transform import Transform
+from rfms_can.wire.configuration import Clock
 from rfms_can.wire.contract import NO_SET, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER

@@ -13,7 +13,7 @@ PLANT_HASH = plant_hash(260, 0.004)
 
 
 def beat(*, dbc: int = DBC_HASH, configuration: int = PLANT_HASH, boot: int = 1) -> Heartbeat:
-    return Heartbeat(NodeState.PREOP, 0, boot, dbc, configuration, 0)
+    return Heartbeat(NodeState.PREOP, 0, 0, boot, dbc, configuration, 0, 0)
 
 
 def test_a_plant_like_the_master_s_is_welcome_and_so_is_one_that_does_not_tell() -> None:

@@ -245,3 +245,14 @@ def test_a_result_tells_the_singularities_met_while_complying(
 def test_what_stands_in_brackets_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     print_rows([("picture", "none: pip install 'rfms_can[viz]'")])
     assert "rfms_can[viz]" in capsys.readouterr().err
+
+
+def test_boot_ids_are_drawn_at_every_start_where_nodes_are_processes() -> None:
+    """A seed makes a run repeat; without one a node that starts again has another boot id."""
+    on_a_hub = RunSettings(bus="hub:any")
+    drawn = {on_a_hub.boot_id(3) for _ in range(8)}
+    assert len(drawn) == 8
+    assert all(0 <= boot_id < 1 << 32 for boot_id in drawn)
+    for settings in (RunSettings(bus="hub:any", seed=5), RunSettings(seed=5)):
+        assert settings.boot_id(3) == settings.boot_id(3) == 0x503
+    assert RunSettings().boot_id(3) == RunSettings(seed=1).boot_id(3)

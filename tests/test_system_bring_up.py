@@ -21,7 +21,7 @@ def test_a_healthy_bring_up_leaves_no_fault_behind(wire: Wire, arm: str) -> None
     rig = SimulatedRig(RunSettings(arm=arm), wire)
     rig.pump(lambda: rig.master.phase is Phase.READY)
     for node in (*rig.joints, rig.gripper):
-        assert (node.register, dict(node.faults), node.discarded) == (0, {}, 0), node.name
+        assert (node.error_register, dict(node.faults), node.discarded) == (0, {}, 0), node.name
 
 
 def test_sets_of_rows_are_numbered_from_one_and_never_as_none() -> None:

@@ -205,11 +205,27 @@ def test_a_dbc_with_one_message_less_or_more_is_refused(tmp_path: Path) -> None:
         Wire(more)
 
 
-def test_the_hash_follows_the_text_but_not_its_line_ends(tmp_path: Path) -> None:
+def test_the_hash_is_that_of_the_layout(tmp_path: Path) -> None:
+    """Units and ranges are in it; line ends, comments and new values of an enumeration are not.
+
+    With these a node made before understands all that it has a name for.
+    """
     text = database_path().read_bytes()
-    variants = (text.replace(b"\n", b"\r\n"), text.replace(b'"rad"', b'"deg"', 1))
-    paths = [tmp_path / name for name in ("crlf.dbc", "degrees.dbc")]
-    for path, variant in zip(paths, variants, strict=True):
+    same = {
+        "line ends": text.replace(b"\n", b"\r\n"),
+        "a comment": text.replace(b"Start of a control cycle", b"A control cycle begins", 1),
+        "a fault": text.replace(b'12 "EMERGENCY_STOP" ;', b'12 "EMERGENCY_STOP" 13 "STALL" ;'),
+        "a parameter": text.replace(b'255 "COMMIT"', b'100 "MORE" 255 "COMMIT"'),
+    }
+    other = {
+        "a unit": text.replace(b'"rad"', b'"deg"', 1),
+        "a range": text.replace(b"[-2|2]", b"[-3|3]", 1),
+        "an identifier": text.replace(b"BO_ 641 DAC_1", b"BO_ 640 DAC_1"),
+        "a name": text.replace(b"row_set", b"set_row"),
+        "a data ID": text.replace(b'"RfmsE2EDataId" BO_ 128 21120', b'"RfmsE2EDataId" BO_ 128 5'),
+    }
+    for name, variant in (same | other).items():
+        assert variant != text, name
+        path = tmp_path / f"{name}.dbc"
         path.write_bytes(variant)
-    assert database_hash(paths[0]) == database_hash()
-    assert database_hash(paths[1]) != database_hash()
+        assert (database_hash(path) == database_hash()) == (name in same), name

@@ -9,11 +9,17 @@ from e2e.p05 import e2e_p05_protect
 from support.wire_messages import every_protected_message, frames_of, some_values
 
 from rfms_can.errors import EncodeError
-from rfms_can.wire.codec import MessageCodec
+from rfms_can.wire.codec import MessageCodec, load_database
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.protection import Decoder, Receiver, Refusal
-from rfms_can.wire.records import Dac, JointError, Measure, Rows, Sync
+from rfms_can.wire.protection import (
+    COUNTER_RESTART,
+    COUNTER_WINDOW,
+    Decoder,
+    Receiver,
+    Refusal,
+)
+from rfms_can.wire.records import Dac, Heartbeat, JointError, Measure, Rows, Sync
 
 
 def crc_of(data: bytes, data_id: int) -> int:
@@ -68,7 +74,7 @@ def test_the_counter_wraps_and_starts_anew_after_a_reset(wire: Wire) -> None:
 def test_a_refused_value_counts_nothing_and_leaves_nothing_behind(wire: Wire) -> None:
     sender, untroubled = wire.sender(JointError, 3), wire.sender(JointError, 3)
     assert sender.frame(0.1, 0.2, 0.3, 1) == untroubled.frame(0.1, 0.2, 0.3, 1)
-    for values in ((float("nan"), 9.0, 9.0, 9), (9.0, 1001.0, 9.0, 9), (9.0, 9.0, 9.0, 0.5)):
+    for values in ((float("nan"), 9.0, 9.0, 9), (1.0, 1001.0, 9.0, 9), (1.0, 9.0, 9.0, 0.5)):
         with pytest.raises(EncodeError, match=r"^ERROR_3\."):
             sender.frame(*values)
     assert sender.frame(0.4, 0.5, 0.6, 2) == untroubled.frame(0.4, 0.5, 0.6, 2)
@@ -87,7 +93,7 @@ def test_each_frame_is_taken_once(wire: Wire) -> None:
 
 def test_a_gap_is_taken_and_counted(wire: Wire) -> None:
     receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 200)
-    for index, lost in ((0, 0), (1, 0), (3, 1), (10, 7), (137, 133)):
+    for index, lost in ((0, 0), (1, 0), (3, 1), (10, 7), (26, 22)):
         assert receiver.take(frames[index]) is not None
         assert receiver.lost == lost
     assert not receiver.refused
@@ -103,15 +109,73 @@ def test_an_older_frame_is_refused(wire: Wire, back: int) -> None:
     assert receiver.lost == 0
 
 
-def test_the_longest_gap_is_half_the_counters_range(wire: Wire) -> None:
-    frames = frames_of(wire.codec(Dac, 2), 130)
-    within, beyond = wire.receiver(Dac, 2), wire.receiver(Dac, 2)
-    for receiver in (within, beyond):
-        assert receiver.take(frames[0]) is not None
-    assert within.take(frames[127]) is not None
-    assert within.lost == 126
-    assert beyond.take(frames[128]) is None
-    assert beyond.refused == {Refusal.ORDER: 1}
+def test_the_rule_of_the_counters_is_the_contracts() -> None:
+    attributes = load_database().dbc.attributes
+    assert attributes["RfmsCounterWindow"].value == COUNTER_WINDOW == 16
+    assert attributes["RfmsCounterRestart"].value == COUNTER_RESTART == 3
+
+
+@pytest.mark.parametrize("step", range(256))
+def test_a_step_of_the_counter_is_taken_up_to_the_window(wire: Wire, step: int) -> None:
+    """Every step there is, from a counter that wraps on the way."""
+    frames = frames_of(wire.codec(Dac, 2), 500)
+    receiver = wire.receiver(Dac, 2)
+    assert receiver.take(frames[240]) is not None
+    taken = receiver.take(frames[240 + step]) is not None
+    assert taken == (1 <= step <= COUNTER_WINDOW)
+    assert receiver.lost == (step - 1 if taken else 0)
+
+
+def test_a_receiver_that_was_deaf_hears_its_sender_again_at_the_third_frame(wire: Wire) -> None:
+    receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 200)
+    assert receiver.take(frames[0]) is not None
+    taken = [receiver.take(frame) is not None for frame in frames[100:105]]
+    assert taken == [False, False, True, True, True]
+    assert receiver.leaps == 1
+    assert receiver.refused == {Refusal.ORDER: 2}
+
+
+def test_strays_count_only_in_a_row_and_in_step(wire: Wire) -> None:
+    """Frames of an old recording among those of a sender that is well: never taken."""
+    receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 200)
+    receiver.take(frames[0])
+    for index in range(1, 60):
+        assert receiver.take(frames[index]) is not None
+        assert receiver.take(frames[99 + index]) is None
+    for stray in (100, 100, 130, 160, 100):  # the same, or too far apart
+        assert receiver.take(frames[stray]) is None
+    assert receiver.leaps == 0
+
+
+def test_each_leap_makes_the_next_one_harder(wire: Wire) -> None:
+    """A stream that leaps to and fro is taken less and less, until START or RESET."""
+    receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 240)
+    receiver.take(frames[0])
+    needed = []
+    for begin in (100, 0, 100):
+        taken = [receiver.take(frame) is not None for frame in frames[begin : begin + 30]]
+        needed.append(taken.index(True) + 1)
+    assert needed == [COUNTER_RESTART, 2 * COUNTER_RESTART, 4 * COUNTER_RESTART]
+    receiver.reset()
+    assert receiver.take(frames[5]) is not None
+    assert [receiver.take(frame) is not None for frame in frames[100:103]] == [False, False, True]
+
+
+def test_a_heartbeat_of_another_start_is_taken_at_once(wire: Wire) -> None:
+    """The boot id says that its sender counts from 0 again."""
+    sender, receiver = wire.sender(Heartbeat, 3), wire.receiver(Heartbeat, 3)
+
+    def beat(boot_id: int) -> Frame:
+        return sender.frame(1, 0, 0, boot_id, 0, 0, 0, 0)
+
+    for _ in range(40):
+        assert receiver.take(beat(7)) is not None
+    sender.reset()
+    assert receiver.take(beat(7)) is None  # the same start: an old frame
+    again = beat(8)
+    assert receiver.take(again) is not None
+    assert receiver.take(again) is None
+    assert receiver.refused == {Refusal.ORDER: 1, Refusal.DUPLICATE: 1}
 
 
 def test_a_thousand_frames_wrap_without_a_loss(wire: Wire) -> None:

@@ -28,13 +28,18 @@ ENUMERATIONS: Final[dict[tuple[str, str], type[IntEnum]]] = {
 }
 """Enumeration of each signal that has a value table, by message kind."""
 
-UNKNOWN_MAY_TRAVEL: Final = {("CONFIG", "parameter"), ("CONFIG_ACK", "parameter")}
-"""Signals wider than their table: a node answers UNKNOWN to a parameter it does not have."""
+RESERVED: Final = {
+    "command": 31,
+    "fault": 39,
+    "parameter": 255,
+}
+"""Greatest value that is reserved for an enumeration, where it is not 15; by signal."""
+GRIPPER_RESERVED: Final = 15
 
 WITHOUT_UNIT: Final = {
     *("o_x", "o_y", "o_z", "a_x", "a_y", "a_z", "r", "blend_p"),  # ratios
-    *(f"c_{column}" for column in JOINTS),  # a projector's elements
-    "value",  # its unit depends on the parameter or fault it belongs to
+    *(f"law_{column}" for column in JOINTS),  # a projector's elements
+    *("value", "bound"),  # their unit depends on the parameter or fault it belongs to
 }
 """Floats that have no unit."""
 
@@ -108,8 +113,9 @@ def test_enumerations_are_the_value_tables(message: Message) -> None:
         assert {n: str(label) for n, label in signal.choices.items()} == {
             member.value: member.name for member in values
         }
-        if key not in UNKNOWN_MAY_TRAVEL:
-            assert (signal.minimum, signal.maximum) == (min(values), max(values))
+        reserved = GRIPPER_RESERVED if key[0] == "GRIPPER" else RESERVED.get(signal.name, 15)
+        assert (signal.minimum, signal.maximum) == (0, reserved)
+        assert max(values) <= reserved
 
 
 def test_every_enumeration_of_the_vocabulary_travels() -> None:

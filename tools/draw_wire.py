@@ -1,135 +1,122 @@
-"""List every frame and signal of dbc/rfms.dbc in docs/wire.md, messages of one kind together."""
+"""List every frame and signal of the wire contract in docs/wire.md, a kind of message at a time."""
 
-import re
-from dataclasses import dataclass
+from typing import Any
 
-from cantools.database.can import Message, Signal
 from generated import main, table
+from make_dbc import E2E, Message, Signal, Template
 
 from rfms_can.bus.timing import BusTiming
-from rfms_can.wire.codec import load_database
+from rfms_can.wire.configuration import PARAMETERS
+from rfms_can.wire.vocabulary import Parameter
 
-NODES = (*(f"JOINT_{n}" for n in range(1, 7)), "GRIPPER", "MASTER", "PLANT")
-"""By their numbers, from 1."""
-HEADER = ("e2e_crc", "e2e_counter")
+TEMPLATE = Template()
 TIMING = BusTiming()
+GENERAL = {"n": "n", "node": "node n", "i": "i"}
+"""What stands for a number, or for the node with that number, on the page."""
 
 
-@dataclass(frozen=True)
-class Kind:
-    """What the messages of one kind share, with their own number written as n."""
-
-    length: int
-    every: str
-    protected: bool
-    comment: str
-    signals: tuple[tuple[str, ...], ...]
-
-
-def number(message: Message) -> int | None:
-    """The node a message is of, if it is one of several."""
-    digits = re.search(r"_(\d+)$", message.name)
-    return int(digits[1]) if digits else None
-
-
-def general(text: str | None, n: int | None) -> str:
-    """A comment with the number of its message, or the name of its node, replaced by n."""
-    text = text or ""
-    if n is None:
-        return text
-    text = re.sub(rf"^{NODES[n - 1]}", "Node n", text).replace(NODES[n - 1], "node n")
-    text = re.sub(rf"\b(joint|Row) {n}\b", r"\1 n", text)
-    return text.replace(f"({n},", "(n,")
-
-
-def attribute(message: Message, name: str) -> str:
-    """A DBC attribute of a message; empty if it has none."""
-    attributes = message.dbc.attributes if message.dbc else {}
-    return str(attributes[name].value) if name in attributes else ""
-
-
-def bound(value: float | None) -> str:
-    """A bound, whole numbers with all their digits."""
-    return "" if value is None else str(int(value)) if value == int(value) else f"{value:g}"
-
-
-def signal_row(signal: Signal, n: int | None) -> tuple[str, ...]:
+def signal_row(signal: Signal, block: dict[str, Any]) -> tuple[str, ...]:
     """Name, first bit, type, range and meaning of a signal."""
-    kind = "float" if signal.is_float else "i" if signal.is_signed else "u"
+    kind = "float" if signal.kind == "f" else signal.kind
     unit = f" {signal.unit}" if signal.unit else ""
     steps = "" if signal.scale == 1 else f" in steps of {signal.scale:g}"
-    meaning = general(signal.comment, n)
-    if signal.choices:
-        names = ", ".join(f"{value} {name}" for value, name in signal.choices.items())
-        meaning = f"{meaning} {names}"
-    span = f"{bound(signal.minimum)} ... {bound(signal.maximum)}{unit}{steps}"
+    texts = [entry["comment"] for entry in block["signals"] if _is_of(entry, signal)]
+    meaning = texts[0].format(**{**GENERAL, "i": _digit(signal)})
+    if signal.values:
+        values = TEMPLATE.enumerations[signal.values]["values"].items()
+        meaning += " " + ", ".join(f"{value} {name}" for name, value in values)
+    low, high = signal.bounds
+    span = f"{low} ... {high}{unit}{steps}"
     return (signal.name, str(signal.start), f"{kind}{signal.length}", span, meaning)
 
 
-def kind_of(message: Message) -> Kind:
-    """What a message is, its number apart."""
-    n = number(message)
-    every = attribute(message, "RfmsEvery")
-    return Kind(
-        message.length,
-        {"": "event", "0": "event", "1": "cycle"}.get(every, f"{every} cycles"),
-        attribute(message, "RfmsE2EDataId") != "",
-        general(message.comment, n),
-        tuple(signal_row(signal, n) for signal in message.signals if signal.name not in HEADER),
-    )
+def _digit(signal: Signal) -> str:
+    return signal.name.rpartition("_")[2]
 
 
-def node_list(nodes: set[str], n: int | None) -> str:
-    """Nodes in words; the one the message is of as ``node n``."""
-    own = NODES[n - 1] if n is not None else ""
-    if len(nodes) >= len(NODES) - 1:
-        return "all"
-    others = nodes - {own}
-    joints = {name for name in others if name.startswith("JOINT_")}
-    words = ["node n"] if own in nodes and not joints else []
-    words += ["joints"] if joints else []
-    return ", ".join(words + [name.lower() for name in NODES if name in others - joints])
+def _is_of(entry: dict[str, Any], signal: Signal) -> bool:
+    """Whether a signal is the one of an entry, or one of several it stands for."""
+    return str(entry["name"].format(**{**GENERAL, "i": _digit(signal)})) == signal.name
 
 
-def heading(messages: list[Message]) -> str:
-    """The name of a kind."""
-    name = messages[0].name
-    return name if len(messages) == 1 else re.sub(r"\d+$", "n", name)
+def people(who: str | list[str]) -> str:
+    """Nodes in words."""
+    words = [who] if isinstance(who, str) else who
+    names = (word.format(**GENERAL).replace("_n", " n").replace("_", " ") for word in words)
+    return ", ".join(name.lower() for name in names)
 
 
-def frame_row(kind: Kind, messages: list[Message]) -> tuple[str, ...]:
+def comment_of(block: dict[str, Any]) -> str:
+    """What a kind of message is."""
+    comment = block["comment"]
+    text = comment if isinstance(comment, str) else " ".join(comment.values())
+    general: str = text.format(**GENERAL)
+    return general[0].upper() + general[1:]
+
+
+def period_of(block: dict[str, Any]) -> str:
+    """How often it is sent."""
+    every = block.get("every", 0)
+    return {0: "event", 1: "cycle"}.get(every, f"{every} cycles")
+
+
+def frame_row(block: dict[str, Any], messages: list[Message]) -> tuple[str, ...]:
     """One line of the table of frames."""
     first, last = messages[0], messages[-1]
-    n = number(first) if first is not last else None
-    name, ids = first.name, f"0x{first.frame_id:03X}"
+    name, ids = first.name, f"0x{first.id:03X}"
     if first is not last:
-        name, ids = f"{name}..{number(last)}", f"{ids}..0x{last.frame_id:03X}"
-    microseconds = f"{TIMING.worst_case_ns(kind.length) * 1e-3:.1f}"
+        name, ids = f"{name}..{block['each'][-1]}", f"{ids}..0x{last.id:03X}"
+    link = heading(block).lower()
+    microseconds = f"{TIMING.worst_case_ns(first.length) * 1e-3:.1f}"
     return (
-        ids, f"[{name}](#{heading(messages).lower()})", str(kind.length), kind.every,
-        node_list(set(first.senders), n), node_list(first.receivers, n), microseconds, kind.comment,
+        ids, f"[{name}](#{link})", str(first.length), period_of(block),
+        people(block["senders"]), people(block["receivers"]), microseconds, comment_of(block),
     )  # fmt: skip
+
+
+def heading(block: dict[str, Any]) -> str:
+    """The name of a kind."""
+    name: str = block["name"].format(**GENERAL)
+    return name
 
 
 def render() -> str:
     """The table of frames, and for each kind of frame the table of its signals."""
-    kinds: dict[Kind, list[Message]] = {}
-    for message in sorted(load_database().messages, key=lambda m: m.frame_id):
-        kinds.setdefault(kind_of(message), []).append(message)
+    kinds = [(block, TEMPLATE.expand(block)) for block in TEMPLATE.text["messages"]]
     frames = table(
         ("id", "frame", "bytes", "every", "from", "to", "µs", "what"),
-        [frame_row(kind, messages) for kind, messages in kinds.items()],
+        [frame_row(block, messages) for block, messages in kinds],
     )
     parts = ["## Frames", frames, "## Signals"]
-    known: dict[tuple[tuple[str, ...], ...], str] = {}
-    for kind, messages in kinds.items():
-        name = heading(messages)
-        same = known.setdefault(kind.signals, name)
-        signals = table(("signal", "bit", "type", "range", "meaning"), list(kind.signals))
-        header = "" if kind.protected else " No CRC, no counter."
-        as_before = f"Signals as in [{same}](#{same.lower()})."
-        parts += [f"### {name}", kind.comment + header, signals if same == name else as_before]
+    for block, messages in kinds:
+        header = {name for name, *_ in E2E}
+        signals = [s for s in messages[0].signals if s.name not in header]
+        unprotected = "" if messages[0].protected else " No CRC, no counter."
+        rows = [signal_row(signal, block) for signal in signals]
+        parts += [
+            f"### {heading(block)}",
+            comment_of(block) + unprotected,
+            table(("signal", "bit", "type", "range", "meaning"), rows),
+        ]
+    parts += ["## Parameters", parameters()]
     return "\n\n".join(parts)
+
+
+LATER = range(Parameter.FOLLOWING_ERROR_LIMIT, Parameter.HOMING_TIME + 1)
+"""Bounds that no node acts on yet."""
+
+
+def parameters() -> str:
+    """The table of CONFIG's parameters."""
+    rows = []
+    for parameter, known in sorted(PARAMETERS.items()):
+        size = "magnitude " if known.signed else ""
+        whole = ", whole" if known.whole else ""
+        unit = known.unit.replace("u", "rad or m", 1) if known.unit in ("u", "1/u") else known.unit
+        marks = ["gripper"] * known.gripper + ["later"] * (parameter in LATER)
+        span = f"{size}{known.low:.9g} ... {known.high:.9g}{whole}"
+        rows.append((str(int(parameter)), parameter.name, unit, span, ", ".join(marks)))
+    return table(("number", "parameter", "unit", "range", ""), rows)
 
 
 if __name__ == "__main__":

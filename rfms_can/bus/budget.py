@@ -30,6 +30,11 @@ TARGET_LOAD: Final = 0.8
 OCCASIONAL: Final = frozenset({"SETPOINT_2", "COMPLY", "BIAS", "FORCE"})
 """Frames that a cycle in operation holds only when the motion or the tool needs them."""
 
+OTHER_ARMS: Final = ("JOINT_SETPOINT_", "POSITION_")
+"""Frames of arms without a closed form and of boards that take positions; ours have neither."""
+OTHER_NODES: Final = ("BOARD_", "FORCE_SENSOR")
+"""Nodes that are on the bus only where the plant is not: it speaks for them."""
+
 PLANT: Final = "PLANT"
 SYNC: Final = "SYNC"
 ROWS: Final = "ROWS_"
@@ -154,7 +159,7 @@ def contract_streams(
     period_ns = round(NS_PER_S / rate_hz)
     streams = []
     for message in (database or load_database()).messages:
-        if _carries(message, traffic):
+        if _is_sent(message) and _carries(message, traffic):
             every = _every(message, rows, OCCASIONAL if cycle is Cycle.FULL else occasional)
             stream = Stream(
                 message.name,
@@ -193,6 +198,12 @@ def _every(message: Message, rows: Rows, occasional: Collection[str]) -> int:
     if message.name.startswith(ROWS) and rows is Rows.STAGGERED:
         return JOINT_COUNT
     return int(message.dbc.attributes["RfmsEvery"].value)
+
+
+def _is_sent(message: Message) -> bool:
+    """Whether a node of the usual bus sends the message: master, joints, gripper and plant."""
+    sent = any(not sender.startswith(OTHER_NODES) for sender in message.senders)
+    return sent and not message.name.startswith(OTHER_ARMS)
 
 
 def _carries(message: Message, traffic: Traffic) -> bool:

@@ -6,8 +6,8 @@ import inspect
 import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any, Final, get_type_hints
+from types import MappingProxyType, NoneType
+from typing import Annotated, Any, Final, get_args, get_type_hints
 
 import typer
 
@@ -199,8 +199,9 @@ def _from_file(config: Path | None, known: set[str]) -> dict[str, Any]:
 
 
 def _check_kind(path: Path, name: str, value: object) -> None:
-    """A value of the file must have the type of its default."""
-    kind = type(getattr(RunSettings(), name))
+    """A value of the file must have the type of its setting; None stands for a default."""
+    kinds = get_args(hints := get_type_hints(RunSettings)[name]) or (hints,)
+    kind = next(kind for kind in kinds if kind is not NoneType)
     fits = type(value) is kind or (kind is float and type(value) is int)
     if not fits:
         words = {str: "a word in quotes", int: "a whole number", float: "a number"}

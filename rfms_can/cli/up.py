@@ -88,7 +88,15 @@ def _watch(
 
 def _table(health: Mapping[int, "Health"], settings: RunSettings) -> Table:
     table = Table(title=f"{settings.arm} on {settings.bus}  {time.strftime('%H:%M:%S')}")
-    for heading in ("node", "pid", "state", "register", "discarded", "silent [s]", "emergency"):
+    for heading in (
+        "node",
+        "pid",
+        "state",
+        "error register",
+        "discarded",
+        "silent [s]",
+        "emergency",
+    ):
         table.add_column(heading)
     for node in health.values():
         silent = "" if node.silent_s is None else f"{node.silent_s:.1f}"
@@ -97,7 +105,7 @@ def _table(health: Mapping[int, "Health"], settings: RunSettings) -> Table:
             node.node,
             str(node.pid or "-"),
             state,
-            f"{node.register:#06x}",
+            f"{node.error_register:#x}",
             str(node.discarded),
             silent,
             node.emergency,

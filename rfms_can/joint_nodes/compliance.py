@@ -77,9 +77,7 @@ class RowSets:
         rows = self._arrived
         if rows is None or rows.set != number:
             return False
-        c, mc = rows[0:6], rows[6:12]
-        # the one place that knows: under the weighted law the signals c_1..6 carry M
-        self.law_row, self.inertia_row = (mc, c) if rows.law == Law.WEIGHTED else (c, mc)
+        self.law_row, self.inertia_row = rows[0:6], rows[6:12]
         self.gravity = rows.gravity
         self.law = rows.law
         self.damping = rows.damping

@@ -10,23 +10,26 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from rfms_can.arm import ARMS, Arm
-from rfms_can.errors import EncodeError
+from rfms_can.errors import EncodeError, KinematicsError
 from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.duties import DUTIES, Duty, TorqueSource
-from rfms_can.joint_nodes.field_node import FieldNode, Parameters
+from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import Servo, ServoTerms
 from rfms_can.joint_nodes.states import Event
 from rfms_can.joint_nodes.stop_ramp import StopRamp
-from rfms_can.kinematics import JointSolver
-from rfms_can.node.encoder import EncoderReference
+from rfms_can.kinematics import Configuration, JointSolver, SphericalWrist
+from rfms_can.node.encoder import AMBIGUITY, EncoderReference
 from rfms_can.setpoint import JointSetpoint
+from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.setpoint.frames import setpoint_of
+from rfms_can.transform import Transform
+from rfms_can.wire.configuration import Kinematics, geometry_rows
+from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
-from rfms_can.wire.records import Dac, JointError, Measure, Sync
+from rfms_can.wire.records import Dac, JointError, Measure, Reference, Rows, Setpoint, Sync
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 STEP_MARGIN: Final = 1.5
@@ -37,15 +40,11 @@ RANGE_MARGIN_RAD: Final = 0.05
 """Joint angle beyond the range, rad, at which torque goes off: the hard stop is near."""
 MAX_CYCLE_GAP: Final = 4
 """Largest gap of SYNC's cycle that is accounted for; the ladder stops the joint before a longer."""
-_POSITIVE: Final = (
-    *(Parameter.PERIOD, Parameter.TORQUE_LIMIT, Parameter.SPEED_LIMIT),
-    Parameter.ACCELERATION_LIMIT,
-)
-_DIVISORS: Final = (
-    *(Parameter.TORQUE_PER_CODE, Parameter.TORQUE_PER_FORCE_CODE),
-    Parameter.COUNTS_PER_UNIT,
-)
-"""Negative where the motor turns against the joint."""
+_WRIST_JOINT: Final = 1 << 3
+"""Bit of joint 4, whose angle all joints hold where the wrist is straight."""
+
+Solve = Callable[[Transform, Configuration, float], float]
+"""Solves one joint: see ``setpoint.joint``."""
 
 # members of enumerations that every cycle needs: a name of a module is found ten times as fast
 _SERVO: Final = TorqueSource.SERVO
@@ -58,25 +57,12 @@ _ROWS_MISSING: Final = FaultCode.ROWS_MISSING
 _ENCODER_GLITCH: Final = FaultCode.ENCODER_GLITCH
 
 
-def usable_arm(parameters: Parameters) -> Arm | None:
-    """The arm of a whole configuration; None if it is incomplete or has a scale that is zero."""
-    p = parameters
-    if len(p) != len(Parameter) - 1:  # all but COMMIT
-        return None
-    if any(p[scale] <= 0.0 for scale in _POSITIVE) or not all(p[scale] for scale in _DIVISORS):
-        return None
-    if p[Parameter.INDEX_INTERVAL_COUNTS] < 1.0:
-        return None
-    return next((arm for arm in ARMS.values() if arm.arm_id == p[Parameter.ARM_ID]), None)
-
-
 class JointController:
     """Drives one joint.
 
     Args:
         node: the bus life it belongs to: state, faults, and the way onto the bus.
-        parameters: the node's configuration; ``usable_arm`` has accepted it.
-        arm: the arm they name.
+        parameters: the node's configuration, whole, each value in its range.
         inputs: what has been received for the cycle under way.
         rows: active and arriving rows.
         dac, error: senders of DAC and ERROR.
@@ -93,6 +79,7 @@ class JointController:
     __slots__ = (
         "_acceleration_limit",
         "_bias",
+        "_board",
         "_count_rad",
         "_cycle",
         "_cycles_held",
@@ -102,6 +89,7 @@ class JointController:
         "_error",
         "_index",
         "_inputs",
+        "_master",
         "_max_step",
         "_node",
         "_own_bit",
@@ -113,7 +101,7 @@ class JointController:
         "_rate_per_code",
         "_rows",
         "_sink",
-        "_solve",
+        "_solver",
         "_stop_distance_per_speed2",
         "duty",
         "encoder",
@@ -130,12 +118,16 @@ class JointController:
         self,
         node: FieldNode,
         parameters: Parameters,
-        arm: Arm,
         inputs: CycleInputs,
         rows: RowSets,
         dac: Sender[Dac],
         error: Sender[JointError],
     ) -> None:
+        """Build all parts.
+
+        Raises:
+            KinematicsError: the arm has no closed form that this node knows.
+        """
         p = parameters
         self._node = node
         self._inputs = inputs
@@ -161,7 +153,9 @@ class JointController:
         self.homing = Homing(p, self.encoder, self.servo)
         self.trajectory = JointSetpoint(self._period)
         self.ramp: StopRamp | None = None
-        self._solve = JointSolver(arm, node.number).solve
+        self._solver = _solver_of(p, node.number)
+        self._master = Cause(MASTER, node.wire.id(Setpoint, 1))
+        self._board = Cause(int(p[Parameter.SENSOR_SOURCE]), node.wire.id(Measure, node.number))
         self.theta = self.speed = self.torque = 0.0
         self._bias = 0.0  # of the set-point taken last, Nm
         self._displacement = 0.0  # by compliance, rad, in the set-point taken last
@@ -186,7 +180,7 @@ class JointController:
             self._count_missed_cycle()
         elif self.duty.expects_setpoint:
             if inputs.setpoint is None:
-                node.miss(FaultCode.SETPOINT_MISSING)
+                node.miss(FaultCode.SETPOINT_MISSING, self._master)
             else:
                 node.ladder.clear(_SETPOINT_MISSING)
         gap, self._cycle = sync.cycle - self._cycle, sync.cycle
@@ -196,7 +190,8 @@ class JointController:
         if rows.activate(sync.row_set):
             node.ladder.clear(_ROWS_MISSING)
         else:
-            node.miss(FaultCode.ROWS_MISSING)
+            cause = self._master._replace(frame=node.wire.id(Rows, node.number))
+            node.miss(FaultCode.ROWS_MISSING, cause)
         inputs.begin(self.duty.owes_dac)
 
     def step(self) -> None:
@@ -253,7 +248,8 @@ class JointController:
         The joint did not move that far, its encoder did: a stop on the old path would move it.
         """
         node = self._node
-        node.miss(FaultCode.ENCODER_GLITCH, theta - self.theta)
+        bound = self._max_step * self._cycles_unsampled
+        node.miss(FaultCode.ENCODER_GLITCH, self._board._replace(bound=bound), theta - self.theta)
         if node.ladder.misses[FaultCode.ENCODER_GLITCH] <= MAX_PREDICTED_CYCLES:
             return self.theta + self.speed * self._period * self._cycles_unsampled
         self._begin_stop(theta, speed)
@@ -262,11 +258,15 @@ class JointController:
     def _watch_range(self, theta: float, speed: float) -> None:
         """Joint range: beyond it torque goes off; where only a stop now can keep it, stop."""
         if not self._range_min <= theta <= self._range_max:
-            self._node.react(Reaction.OFF, FaultCode.HARD_LIMIT, theta)
+            self._leave_range(Reaction.OFF, FaultCode.HARD_LIMIT, theta)
             return
         rest = theta + speed * abs(speed) * self._stop_distance_per_speed2
         if not self._range_min <= rest <= self._range_max:
-            self._node.react(Reaction.STOP, FaultCode.SOFT_LIMIT, rest)
+            self._leave_range(Reaction.STOP, FaultCode.SOFT_LIMIT, rest)
+
+    def _leave_range(self, reaction: Reaction, fault: FaultCode, angle: float) -> None:
+        bound = self._range_min if angle < self._range_min else self._range_max
+        self._node.react(reaction, fault, Cause(self._node.number, bound=bound), angle)
 
     # --- 2. own set-point and error -----------------------------------------------------------
 
@@ -277,7 +277,8 @@ class JointController:
         if setpoint is None or not inputs.setpoint_complete:
             return
         before, rate_before = trajectory.theta + self._displacement, trajectory.rate
-        theta = trajectory.tick(setpoint_of(setpoint, inputs.second_setpoint), self._solve)
+        cartesian = setpoint_of(setpoint, inputs.second_setpoint)
+        theta = trajectory.tick(cartesian, self._solve_with(cartesian))
         if math.isnan(theta):
             return  # refused as a whole: counted as a missing set-point at the next SYNC
         displacement = inputs.displacement or 0.0
@@ -291,7 +292,9 @@ class JointController:
         except EncodeError:
             frame = None  # beyond the range of the signal: treated as a step
         if frame is None or abs(theta - before) > self._max_step * (1 + self._cycles_held):
-            node.miss(FaultCode.SETPOINT_STEP, theta - before)
+            bound = self._max_step * (1 + self._cycles_held)
+            cause = self._master._replace(bound=bound)
+            node.miss(FaultCode.SETPOINT_STEP, cause, theta - before)
             self._begin_stop(before, rate_before)  # nothing of the step may act
             return
         self._cycles_held = 0
@@ -299,6 +302,25 @@ class JointController:
         node.ladder.clear(_SETPOINT_MISSING)
         node.send(frame)
         inputs.take_error(self._index, error, rate, acceleration)
+
+    def _solve_with(self, setpoint: CartesianSetpoint) -> Solve:
+        """What solves the joint's angle of each pose: JOINT_SETPOINT where it has it, else T6."""
+        first, second = self._inputs.joint_setpoint, self._inputs.second_joint_setpoint
+        if first is None:
+            return self._solver.solve
+        index, own_bit, solver = self._index, self._own_bit, self._solver
+        for given in (first, second):
+            if given is not None and given.joints & _WRIST_JOINT:
+                solver.hold(given.joint_4)
+
+        def solve(pose: Transform, configuration: Configuration, previous: float) -> float:
+            given = first if pose is setpoint.T6_1 else second
+            if given is None or not given.joints & own_bit:
+                return solver.solve(pose, configuration, previous)
+            angle = given[index]
+            return angle if self._position_min <= angle <= self._position_max else math.nan
+
+        return solve
 
     # --- 3. torque ----------------------------------------------------------------------------
 
@@ -349,7 +371,9 @@ class JointController:
         inputs.reference = None
         torque = homing.step(measure, reference, self.speed, self._rows.gravity)
         if homing.found is False:
-            node.react(Reaction.OFF, FaultCode.HOMING_FAILED, self.encoder.residual)
+            identifier = node.wire.id(Reference, node.number)
+            cause = self._board._replace(frame=identifier, bound=AMBIGUITY)
+            node.react(Reaction.OFF, FaultCode.HOMING_FAILED, cause, self.encoder.residual)
             return
         if homing.found and node.state is NodeState.HOMING:
             node.change(Event.HOMED)
@@ -416,11 +440,12 @@ class JointController:
         """
         node, inputs = self._node, self._inputs
         if inputs.measure is None:
-            node.miss(FaultCode.MEASURE_MISSING)
+            node.miss(FaultCode.MEASURE_MISSING, self._board)
         elif not inputs.heard & self._own_bit:
-            node.miss(FaultCode.SETPOINT_MISSING)
+            node.miss(FaultCode.SETPOINT_MISSING, self._master)
         else:
-            node.miss(FaultCode.ERROR_MISSING)
+            silent = next(joint for joint in JOINTS if not inputs.heard & 1 << joint - 1)
+            node.miss(FaultCode.ERROR_MISSING, Cause(silent, node.wire.id(JointError, silent)))
             return
         self._hold()
 
@@ -435,3 +460,29 @@ class JointController:
         """A cycle without a set-point (R1): the last one stays, its history goes on."""
         self.trajectory.miss()
         self._cycles_held += 1
+
+
+class NoClosedForm:
+    """Stands where the master solves: a joint that is given no angle has none."""
+
+    def hold(self, theta4: float) -> None:
+        """Nothing to hold."""
+
+    def solve(self, _pose: Transform, _configuration: Configuration, _previous: float) -> float:
+        """NaN: no solution."""
+        return math.nan
+
+
+def _solver_of(parameters: Parameters, joint: int) -> JointSolver | NoClosedForm:
+    """What solves the joint's angle from T6.
+
+    Raises:
+        KinematicsError: the configuration asks for a closed form that this node does not have.
+    """
+    p, name = parameters, f"arm {parameters[Parameter.ARM_ID]:g}"
+    if p[Parameter.KINEMATICS] == Kinematics.BY_MASTER:
+        return NoClosedForm()
+    if p[Parameter.KINEMATICS] != Kinematics.SPHERICAL_WRIST:
+        raise KinematicsError(f"{name}: KINEMATICS {p[Parameter.KINEMATICS]:g} is not known here")
+    limits = ((p[Parameter.POSITION_MIN], p[Parameter.POSITION_MAX]),) * len(JOINTS)
+    return JointSolver(SphericalWrist.of(geometry_rows(p), limits, name), joint)

@@ -7,17 +7,18 @@ controller's, which exists as a whole from COMMIT on, or not at all.
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
-from rfms_can.joint_nodes.ladder import Ladder, Reaction
+from rfms_can.errors import KinematicsError
+from rfms_can.joint_nodes.ladder import Ladder, Reaction, rung
 from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
-from rfms_can.wire.configuration import configuration_hash
+from rfms_can.wire.configuration import PARAMETERS, Clock, configuration_hash, sensor_sources
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import HEARTBEAT_EVERY
-from rfms_can.wire.records import Config, ConfigAck, Emcy, Estop, Nmt, Sync
+from rfms_can.wire.nodes import HEARTBEAT_EVERY, MASTER
+from rfms_can.wire.records import Config, ConfigAck, Emcy, Estop, Heartbeat, Nmt, Sync
 from rfms_can.wire.vocabulary import (
     Command,
     ConfigStatus,
@@ -29,12 +30,28 @@ from rfms_can.wire.vocabulary import (
 EVERYONE: Final = 0
 _STATES: Final = tuple(NodeState)
 _SYNC_MISSING: Final = FaultCode.SYNC_MISSING
-_PARAMETERS: Final = frozenset(Parameter)
+_KNOWN: Final[dict[int, Parameter]] = {int(p): p for p in PARAMETERS}
+LARGEST: Final = 1e9
+"""Largest magnitude of a number in EMCY."""
 _DRIVING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
 
 
 Parameters = Mapping[Parameter, float]
 """The configuration of a node, by parameter."""
+
+
+class Cause(NamedTuple):
+    """What an EMCY says of the reason for a fault.
+
+    Attributes:
+        culprit: number of the node whose doing it is; 0 if it is not known.
+        frame: identifier of the message that was missing or wrong; 0 if it is about none.
+        bound: what the fault's value has broken, in its unit.
+    """
+
+    culprit: int = 0
+    frame: int = 0
+    bound: float = 0.0
 
 
 class Controller(Protocol):
@@ -56,8 +73,8 @@ class FieldNode(Endpoint):
     Args:
         number: node number, 1 to 6 joints, 7 gripper.
         wire, boot_id: see ``Endpoint``.
-        watch_ns: time between two SYNCs, ns: the control period, or the barrier in lockstep.
-        build: makes the controller of a whole configuration; None to refuse it.
+        needed: parameters of a whole configuration.
+        build: makes the controller of a whole configuration.
         drop_torque: called once when the reaction to a fault is to switch the torque off.
 
     Attributes:
@@ -79,8 +96,8 @@ class FieldNode(Endpoint):
         number: int,
         wire: Wire,
         boot_id: int,
-        watch_ns: int,
-        build: Callable[[Parameters], Controller | None],
+        needed: frozenset[Parameter],
+        build: Callable[[Parameters], Controller],
         drop_torque: Callable[[], None],
     ) -> None:
         super().__init__(number, wire, boot_id)
@@ -93,14 +110,18 @@ class FieldNode(Endpoint):
         self.config_hash = 0
         self.controller = None
         self.ladder = Ladder()
+        self._needed = needed
+        # samples come in MEASURE from the bus: a node of ours has no sensors of its own
+        self._sources = sensor_sources(number) - {number}
         self._build = build
         self._drop_torque = drop_torque
         self._deadline_ns: int | None = 0
-        self._watch_ns = watch_ns
+        self._watch_ns = 0  # longest time between two SYNCs, ns, once configured
         self._emcy = self._sends(Emcy, number)
         self._ack = self._sends(ConfigAck, number)
         self._hears(Estop, None, self._on_estop)
-        self._hears(Nmt, None, self._on_command, ordered=False)  # a master may start over
+        self._hears(Nmt, None, self._on_command)
+        self._hears(Heartbeat, MASTER, self._on_master)
         self._hears(Sync, None, self._on_sync)
         self._hears(Config, number, self._on_config)
 
@@ -117,7 +138,7 @@ class FieldNode(Endpoint):
             self._announce()
         else:
             self._deadline_ns += self._watch_ns
-            self.miss(FaultCode.SYNC_MISSING)
+            self.miss(FaultCode.SYNC_MISSING, Cause(MASTER, self.wire.id(Sync)))
             if self.controller is not None:
                 self.controller.lose_cycle()
         return self._flush()
@@ -142,31 +163,47 @@ class FieldNode(Endpoint):
         if self.state is not before and self.controller is not None:
             self.controller.enter(self.state)
 
-    def miss(self, fault: FaultCode, value: float = 0.0) -> None:
-        """One more cycle with a fault: climb the ladder and do what it says."""
-        if self.state in _DRIVING or self.reaction is Reaction.DAMP:
-            self.react(self.ladder.miss(fault), fault, value)
+    def miss(self, fault: FaultCode, cause: Cause, value: float | None = None) -> None:
+        """One more cycle with a fault: climb the ladder and do what it says.
 
-    def react(self, reaction: Reaction, fault: FaultCode, value: float) -> None:
-        """Go at least as far up the ladder as ``reaction``."""
+        Args:
+            fault: what is wrong.
+            cause: who is to blame, and by which message.
+            value: the number that broke the bound of ``cause``; without one, how many cycles the
+                fault has lasted, against the rung of the ladder.
+        """
+        if self.state in _DRIVING or self.reaction is Reaction.DAMP:
+            reaction = self.ladder.miss(fault)
+            if value is None:
+                value = float(self.ladder.misses[fault])
+                cause = cause._replace(bound=float(rung(fault, reaction)))
+            self.react(reaction, fault, cause, value)
+
+    def react(self, reaction: Reaction, fault: FaultCode, cause: Cause, value: float) -> None:
+        """Go at least as far up the ladder as ``reaction``; arguments as with ``miss``."""
         self.faults[fault] += 1
         if reaction <= Reaction.HOLD or reaction <= self.reaction:
             return
         self.reaction = reaction
         stops = reaction is Reaction.STOP
         self.change(Event.QUICKSTOP if stops else Event.FAULT)
+        numbers = (max(-LARGEST, min(LARGEST, x)) for x in (value, cause.bound))
         self.send(
-            self._emcy.frame(fault, self.register, max(-1e9, min(1e9, value)), self.cycle & 0xFF)
+            self._emcy.frame(
+                *(fault, cause.culprit, cause.frame),
+                *numbers,
+                *(self.cycle & 0xFF, self.error_register),
+            )
         )
         if reaction is Reaction.OFF:
             self._drop_torque()
 
     @property
-    def register(self) -> int:
-        """Error register: bit 0 any fault, bits 1 to 15 the classes of fault codes."""
+    def error_register(self) -> int:
+        """Faults since the last START or RESET: bit n for fault n, bit 0 for any."""
         bits = 0
-        for code in self.faults:
-            bits |= 1 << (1 + code % 15) | 1
+        for fault in self.faults:
+            bits |= 1 << fault | 1
         return bits
 
     # --- what comes in ------------------------------------------------------------------------
@@ -190,7 +227,13 @@ class FieldNode(Endpoint):
         if self.faults[FaultCode.DBC_MISMATCH] or self.state is NodeState.INIT:
             self.ignored["SYNC with another DBC"] += 1
         else:
-            self.react(Reaction.OFF, FaultCode.DBC_MISMATCH, float(sync.dbc_hash))
+            cause = Cause(MASTER, self.wire.id(Sync), float(self.wire.dbc_hash))
+            self.react(Reaction.OFF, FaultCode.DBC_MISMATCH, cause, float(sync.dbc_hash))
+
+    def _on_master(self, beat: Heartbeat) -> None:
+        """A master that has started again counts from 0; not one beside the master that runs."""
+        if self.state is not NodeState.OPERATIONAL:
+            self._note_boot(MASTER, beat.boot_id)
 
     def _on_command(self, nmt: Nmt) -> None:
         if nmt.node not in (EVERYONE, self.number):
@@ -217,7 +260,7 @@ class FieldNode(Endpoint):
         if event is Event.START:
             self._restart_counters()
         elif event is Event.RESET:
-            self._hear_anew()
+            self._forget_counters()
         self.change(event)
 
     def _forget_faults(self) -> None:
@@ -228,26 +271,41 @@ class FieldNode(Endpoint):
 
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES and self.state is not NodeState.INIT:
-            self.react(Reaction.OFF, FaultCode.EMERGENCY_STOP, 0.0)
+            self.react(Reaction.OFF, FaultCode.EMERGENCY_STOP, Cause(), 0.0)
 
     def _on_config(self, config: Config) -> None:
         status, digest = ConfigStatus.TAKEN, 0
+        parameter = config.parameter
         if self.state is not NodeState.PREOP:
             status = ConfigStatus.REFUSED_STATE
-        elif config.parameter == Parameter.COMMIT:
+        elif parameter == Parameter.COMMIT:
             digest = configuration_hash(self.parameters)
-            whole = len(self.parameters) == config.total and digest == config.hash
-            controller = self._build(self.parameters) if whole else None
-            if controller is None:
-                status = ConfigStatus.WRONG_HASH
-            else:
-                self.controller, self.config_hash = controller, digest
-        elif config.parameter in _PARAMETERS:
-            self.controller, self.config_hash = None, 0
-            self.parameters[Parameter(config.parameter)] = config.value
-        else:
+            status = self._commit(config, digest)
+        elif parameter not in _KNOWN:
             status = ConfigStatus.UNKNOWN
-        self.send(self._ack.frame(config.parameter, status, config.value, digest))
+        elif PARAMETERS[_KNOWN[parameter]].refusal(config.value) is not None:
+            status = ConfigStatus.REFUSED_VALUE
+        else:
+            self.controller, self.config_hash = None, 0
+            self.parameters[_KNOWN[parameter]] = config.value
+        self.send(self._ack.frame(parameter, status, config.value, digest))
+
+    def _commit(self, config: Config, digest: int) -> ConfigStatus:
+        """Build the controller of the whole configuration, or none."""
+        p = self.parameters
+        if len(p) != config.total or digest != config.hash or not self._needed <= p.keys():
+            return ConfigStatus.WRONG_HASH
+        if p[Parameter.SENSOR_SOURCE] not in self._sources:
+            return ConfigStatus.UNSUPPORTED
+        try:
+            self.controller = self._build(p)
+        except KinematicsError:
+            return ConfigStatus.UNSUPPORTED
+        self.config_hash = digest
+        lockstep = p[Parameter.CLOCK] == Clock.LOCKSTEP
+        watch_s = p[Parameter.BARRIER if lockstep else Parameter.PERIOD]
+        self._watch_ns = round(watch_s * 1e9)
+        return ConfigStatus.TAKEN
 
     def _announce(self) -> None:
-        self._beat(self.state, self.register, self.config_hash)
+        self._beat(self.state, self.error_register, self.config_hash)

@@ -77,7 +77,7 @@ class FrictionCompensation:
         self._moving_speed = MOVING_CODES * abs(p[Parameter.RATE_PER_CODE])
         natural, counts = p[Parameter.NATURAL_FREQUENCY], abs(p[Parameter.COUNTS_PER_UNIT])
         self._full_speed = FULL_COMPENSATION_COUNTS * natural / counts if counts else 0.0
-        self._dither_fraction = p[Parameter.DITHER_PART]
+        self._dither_fraction = p[Parameter.DITHER_FRACTION]
         halves = 2.0 * p[Parameter.PERIOD]
         self._dither_half_wave = max(1, round(p[Parameter.DITHER_PERIOD] / halves))
         self._dither_wave = 2 * self._dither_half_wave  # up as long as down: its mean must be zero

@@ -6,10 +6,11 @@ the master commands until it rests against a stop or a part. It answers every cy
 
 from typing import Final
 
-from rfms_can.joint_nodes.field_node import FieldNode, Parameters
+from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import DAC_MAX, DAC_MIN
 from rfms_can.joint_nodes.states import Event
+from rfms_can.wire.configuration import GRIPPER_PARAMETERS
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import GRIPPER
 from rfms_can.wire.protection import Sender
@@ -19,10 +20,6 @@ from rfms_can.wire.vocabulary import FaultCode, GripperCommand, NodeState, Param
 AT_REST_CYCLES: Final = 10
 HOMING_FRACTION: Final = 0.25
 """Fraction of the full force the jaw opens with while homing."""
-_POSITIVE: Final = (
-    *(Parameter.PERIOD, Parameter.TORQUE_LIMIT, Parameter.TORQUE_PER_CODE),
-    *(Parameter.COUNTS_PER_UNIT, Parameter.POSITION_MAX),
-)
 _CYCLING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL))
 
 
@@ -66,6 +63,8 @@ class GripperController:
         self._force_per_code = parameters[Parameter.TORQUE_PER_CODE]
         self._counts_per_metre = parameters[Parameter.COUNTS_PER_UNIT]
         self._stroke = parameters[Parameter.POSITION_MAX]
+        sender = int(parameters[Parameter.SENSOR_SOURCE])
+        self._source = Cause(sender, node.wire.id(Measure, GRIPPER))
         self.opening: float | None = None
         self.resting = 0
         self._command, self._fraction = inputs.command, inputs.fraction
@@ -81,7 +80,7 @@ class GripperController:
         """SYNC: count a sample that did not come; a command acts from now on."""
         node, inputs = self._node, self._inputs
         if self._sample_due:
-            node.miss(FaultCode.MEASURE_MISSING)
+            node.miss(FaultCode.MEASURE_MISSING, self._source)
         self._sample_due = node.bus_state in _CYCLING
         if inputs.command is not self._command:
             self._command, self.resting = inputs.command, 0
@@ -119,7 +118,7 @@ class GripperNode(FieldNode):
     """Node 7.
 
     Args:
-        wire, boot_id, watch_ns: see ``FieldNode``.
+        wire, boot_id: see ``FieldNode``.
 
     Attributes:
         controller: what drives the jaw; None without a configuration.
@@ -127,8 +126,9 @@ class GripperNode(FieldNode):
 
     controller: GripperController | None
 
-    def __init__(self, wire: Wire, boot_id: int, watch_ns: int) -> None:
-        super().__init__(GRIPPER, wire, boot_id, watch_ns, self._make_controller, self._drop)
+    def __init__(self, wire: Wire, boot_id: int) -> None:
+        needed, make = GRIPPER_PARAMETERS, self._make_controller
+        super().__init__(GRIPPER, wire, boot_id, needed, make, self._drop)
         self._inputs = GripperInputs()
         self._dac = self._sends(Dac, GRIPPER)
         self._hears(Measure, GRIPPER, self._on_measure)
@@ -144,9 +144,7 @@ class GripperNode(FieldNode):
         """Cycles the jaw has not moved by more than a count; 0 without a configuration."""
         return 0 if self.controller is None else self.controller.resting
 
-    def _make_controller(self, parameters: Parameters) -> GripperController | None:
-        if any(parameters.get(scale, 0.0) <= 0.0 for scale in _POSITIVE):
-            return None
+    def _make_controller(self, parameters: Parameters) -> GripperController:
         return GripperController(self, parameters, self._inputs, self._dac)
 
     def _drop(self) -> None:

@@ -2,9 +2,9 @@
 
 from typing import Final
 
-from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS
+from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.records import Measure, Reference, Setpoint
+from rfms_can.wire.records import JointSetpoint, Measure, Reference, Setpoint
 
 ALL_ERRORS: Final = (1 << len(JOINTS)) - 1
 """``CycleInputs.heard`` when all six errors are known."""
@@ -15,6 +15,7 @@ class CycleInputs:
 
     Attributes:
         setpoint, second_setpoint: SETPOINT_1 and SETPOINT_2, or None.
+        joint_setpoint, second_joint_setpoint: JOINT_SETPOINT_1 and _2, or None.
         displacement: own element of COMPLY, rad, or None.
         bias: own element of BIAS, Nm, or None.
         measure: the board's sample, or None.
@@ -34,11 +35,13 @@ class CycleInputs:
         "displacement",
         "errors",
         "heard",
+        "joint_setpoint",
         "measure",
         "new_sample",
         "rates",
         "reference",
         "sampled_in",
+        "second_joint_setpoint",
         "second_setpoint",
         "servoed",
         "setpoint",
@@ -55,6 +58,8 @@ class CycleInputs:
         """A new cycle: nothing has been received; frames of the cycle before are of no use."""
         self.setpoint: Setpoint | None = None
         self.second_setpoint: Setpoint | None = None
+        self.joint_setpoint: JointSetpoint | None = None
+        self.second_joint_setpoint: JointSetpoint | None = None
         self.displacement: float | None = None
         self.bias: float | None = None
         self.measure: Measure | None = None
@@ -88,4 +93,8 @@ class CycleInputs:
         extras = first.extras
         if extras & COMPLY_BELONGS and self.displacement is None:
             return False
+        if extras & JOINT_SETPOINT_BELONGS:
+            second = self.second_joint_setpoint is not None
+            if self.joint_setpoint is None or (first.poses == 2) is not second:
+                return False
         return not (extras & BIAS_BELONGS and self.bias is None)

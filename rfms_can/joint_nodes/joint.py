@@ -8,13 +8,24 @@ from collections.abc import Callable
 from functools import partial
 
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.joint_nodes.controller import JointController, usable_arm
+from rfms_can.joint_nodes.controller import JointController
 from rfms_can.joint_nodes.field_node import FieldNode, Parameters
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
 from rfms_can.joint_nodes.servo import ServoTerms
+from rfms_can.wire.configuration import PARAMETERS
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.records import Bias, Comply, Dac, JointError, Measure, Reference, Rows, Setpoint
+from rfms_can.wire.records import (
+    Bias,
+    Comply,
+    Dac,
+    JointError,
+    JointSetpoint,
+    Measure,
+    Reference,
+    Rows,
+    Setpoint,
+)
 
 TermsSink = Callable[[int, ServoTerms], None]
 """Takes the cycle and the terms of each torque that goes out."""
@@ -25,7 +36,7 @@ class JointNode(FieldNode):
 
     Args:
         joint: its number.
-        wire, boot_id, watch_ns: see ``FieldNode``.
+        wire, boot_id: see ``FieldNode``.
 
     Attributes:
         controller: what drives the joint; None without a configuration.
@@ -35,8 +46,9 @@ class JointNode(FieldNode):
 
     controller: JointController | None
 
-    def __init__(self, joint: int, wire: Wire, boot_id: int, watch_ns: int) -> None:
-        super().__init__(joint, wire, boot_id, watch_ns, self._make_controller, self._drop)
+    def __init__(self, joint: int, wire: Wire, boot_id: int) -> None:
+        needed, make = frozenset(PARAMETERS), self._make_controller
+        super().__init__(joint, wire, boot_id, needed, make, self._drop)
         self.inputs = CycleInputs()
         self.rows = RowSets(joint)
         self._index = joint - 1
@@ -48,6 +60,8 @@ class JointNode(FieldNode):
         self._hears(Rows, joint, self.rows.receive)
         self._hears(Setpoint, 1, self._on_setpoint_1)
         self._hears(Setpoint, 2, self._on_setpoint_2)
+        self._hears(JointSetpoint, 1, self._on_joint_setpoint_1)
+        self._hears(JointSetpoint, 2, self._on_joint_setpoint_2)
         self._hears(Comply, None, self._on_comply)
         self._hears(Bias, None, self._on_bias)
         for other in JOINTS:
@@ -79,12 +93,9 @@ class JointNode(FieldNode):
 
     # --- the controller -----------------------------------------------------------------------
 
-    def _make_controller(self, parameters: Parameters) -> JointController | None:
-        arm = usable_arm(parameters)
-        if arm is None:
-            return None
+    def _make_controller(self, parameters: Parameters) -> JointController:
         controller = JointController(
-            self, parameters, arm, self.inputs, self.rows, self._dac, self._error
+            self, parameters, self.inputs, self.rows, self._dac, self._error
         )
         controller.record_terms(self._sink)
         return controller
@@ -110,6 +121,18 @@ class JointNode(FieldNode):
     def _on_setpoint_2(self, setpoint: Setpoint) -> None:
         if not self._is_stale(setpoint.cycle & 0xFF, "SETPOINT"):
             self.inputs.second_setpoint = setpoint
+            if self.controller is not None:
+                self.controller.step()
+
+    def _on_joint_setpoint_1(self, setpoint: JointSetpoint) -> None:
+        if not self._is_stale(setpoint.cycle, "JOINT_SETPOINT"):
+            self.inputs.joint_setpoint = setpoint
+            if self.controller is not None:
+                self.controller.step()
+
+    def _on_joint_setpoint_2(self, setpoint: JointSetpoint) -> None:
+        if not self._is_stale(setpoint.cycle, "JOINT_SETPOINT"):
+            self.inputs.second_joint_setpoint = setpoint
             if self.controller is not None:
                 self.controller.step()
 

@@ -43,6 +43,11 @@ LADDERS: Final[dict[FaultCode, Steps]] = {
 }
 
 
+def rung(fault: FaultCode, reaction: Reaction) -> int:
+    """Cycles in a row with a fault at which its ladder reaches a reaction; 0 below the first."""
+    return next((cycles for cycles, reached in LADDERS[fault] if reached is reaction), 0)
+
+
 class Ladder:
     """Counts consecutive cycles with a fault, one count for each kind of fault.
 

@@ -7,7 +7,7 @@
 from rfms_can.kinematics.closed_form import EXACT, WIRE, WRIST_BOUND, Tolerance
 from rfms_can.kinematics.configuration import CONFIGURATIONS, Configuration, configuration_of
 from rfms_can.kinematics.direct import direct
-from rfms_can.kinematics.geometry import Geometry, Joints, Limits
+from rfms_can.kinematics.geometry import Geometry, Joints, Limits, SphericalWrist
 from rfms_can.kinematics.inverse import InverseKinematics, inverse, inverse_all
 from rfms_can.kinematics.jacobian import inverse_jacobian, jacobian
 from rfms_can.kinematics.joint_solver import JointSolver
@@ -31,6 +31,7 @@ __all__ = [
     "Joints",
     "Limits",
     "SingularityMargins",
+    "SphericalWrist",
     "Tolerance",
     "configuration_of",
     "direct",

@@ -18,7 +18,7 @@ from rfms_can.master.cycle import ControlCycle, Parts
 from rfms_can.master.force.control import ForceControl, ForceSettings
 from rfms_can.master.inputs import CycleInputs
 from rfms_can.master.motion import Motion
-from rfms_can.master.phases import Phase, PhaseEvent, PhaseMachine
+from rfms_can.master.phases import BUS_STATES, Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.math_processor import MathProcessor
 from rfms_can.master.rows.sets import RowSets
@@ -32,6 +32,7 @@ from rfms_can.messages import Answer, Message
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.emergency import in_words as emergency_in_words
 from rfms_can.wire.frame import IDENTIFIERS, Frame
 from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT
 from rfms_can.wire.records import (
@@ -46,7 +47,7 @@ from rfms_can.wire.records import (
     Reference,
     Rows,
 )
-from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
+from rfms_can.wire.vocabulary import Command, NodeState, Parameter
 
 _OWN_HEARTBEAT = bit("HEARTBEAT", MASTER)
 
@@ -154,13 +155,9 @@ class MasterNode(Endpoint):
             self._hears(Dac, node, partial(inputs.on_dac, node, bit("DAC", node)))
             self._hears(ConfigAck, node, partial(self._on_ack, node))
         for node in (*JOINTS, GRIPPER, PLANT):
-            self._hears(
-                Heartbeat,
-                node,
-                partial(self._on_heartbeat, node, bit("HEARTBEAT", node)),
-                ordered=False,  # a node that restarts is to be noticed at once
-            )
-            self._hears(Emcy, node, partial(self._on_emergency, node), ordered=False)
+            answer = bit("HEARTBEAT", node)
+            self._hears(Heartbeat, node, partial(self._on_heartbeat, node, answer))
+            self._hears(Emcy, node, partial(self._on_emergency, node))
         self._hears_back(Heartbeat, MASTER, self._on_beat_sent)
         self._hears(Estop, None, self._on_estop)
 
@@ -254,7 +251,10 @@ class MasterNode(Endpoint):
 
     def _call_nodes(self, now_ns: int) -> None:
         self.timer.retry(now_ns + self.bring_up.retry_ns)
-        self._out.extend(self.bring_up.call(now_ns))
+        frames = self.bring_up.call(now_ns)
+        if frames:  # the boot id comes before commands: from it nodes count their frames
+            self._beat(BUS_STATES[self.machine.phase])
+        self._out.extend(frames)
         if self.bring_up.problem:
             self._halt(self.bring_up.problem)
 
@@ -279,6 +279,7 @@ class MasterNode(Endpoint):
 
     def _on_heartbeat(self, node: int, answer: int, beat: Heartbeat) -> None:
         machine, roster = self.machine, self.bring_up.roster
+        self._note_boot(node, beat.boot_id)
         wrong = roster.hear(node, beat)
         stopped = beat.state in (NodeState.QUICKSTOP, NodeState.FAULT)
         if wrong is None and stopped and machine.phase is Phase.RUN:
@@ -303,8 +304,7 @@ class MasterNode(Endpoint):
             self.cycle.begin(self._now_ns, self._now_ns, self._out)
 
     def _on_emergency(self, node: int, emergency: Emcy) -> None:
-        fault = FaultCode(emergency.fault).name
-        self._halt(f"{NODE_NAMES[node]}: {fault} ({emergency.value:g})")
+        self._halt(f"{NODE_NAMES[node]}: {emergency_in_words(self.wire, node, emergency)}")
 
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES:

@@ -1,25 +1,14 @@
 """How the master runs the bus."""
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Final
 
 from rfms_can.arm.calibration import Calibration
 from rfms_can.compliance import ControlLaw
 from rfms_can.dynamics.model import FULL
 from rfms_can.tables import complete
+from rfms_can.wire.configuration import Clock
 from rfms_can.wire.vocabulary import Blend
-
-
-class Clock(IntEnum):
-    """Who says when a control cycle begins."""
-
-    VIRTUAL = 0
-    """The simulated bus: events in time order."""
-    LOCKSTEP = 1
-    """The slowest node: a cycle ends when all have answered, or at a wall-clock barrier."""
-    REALTIME = 2
-    """An absolute monotonic schedule."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,8 +12,8 @@ from typing import Any, Final, NamedTuple
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import NODE_NAMES
-from rfms_can.wire.protection import Receiver, Refusal, Sender
+from rfms_can.wire.nodes import DBC_NAMES, NODE_NAMES
+from rfms_can.wire.protection import HeartbeatReceiver, Receiver, Refusal, Sender
 from rfms_can.wire.records import Heartbeat
 
 _MAX_U16: Final = 0xFFFF
@@ -46,6 +46,7 @@ class Endpoint(ABC):
         self._now_ns = 0
         self._handlers: dict[int, tuple[Callable[[Frame], Any], Callable[[Any], None]]] = {}
         self._receivers: list[Receiver[Any]] = []
+        self._boots: dict[int, int] = {}
         self._senders: list[Sender[Any]] = []
         self._heartbeat = self._sends(Heartbeat, number)
 
@@ -93,11 +94,9 @@ class Endpoint(ABC):
         record: type[NamedTuple],
         node: int | None,
         act: Callable[[Any], None],
-        *,
-        ordered: bool = True,
     ) -> None:
         """Register ``act`` as the handler of every valid frame of a message."""
-        receiver = self.wire.receiver(record, node, self.refused, ordered=ordered)
+        receiver = self.wire.receiver(record, node, self.refused)
         self._receivers.append(receiver)
         self._handlers[self.wire.id(record, node)] = (receiver.take, act)
 
@@ -114,14 +113,32 @@ class Endpoint(ABC):
         frames, self._out = self._out, []
         return frames
 
-    def _hear_anew(self) -> None:
-        """Accept the next frame of every sender with any counter: they may have restarted."""
+    def _forget_counters(self) -> None:
+        """Take the next frame of every message whatever its counter, after START or RESET."""
         for receiver in self._receivers:
             receiver.reset()
 
+    def _note_boot(self, node: int, boot_id: int) -> None:
+        """Take the next frame of each message of a node that has started again.
+
+        Args:
+            node: number of the sender of a HEARTBEAT.
+            boot_id: what the HEARTBEAT says.
+        """
+        before = self._boots.get(node)
+        self._boots[node] = boot_id
+        if before == boot_id:
+            return
+        name = DBC_NAMES[node]
+        for receiver in self._receivers:
+            if name in receiver.decoder.codec.senders and not isinstance(
+                receiver, HeartbeatReceiver
+            ):
+                receiver.reset()
+
     def _restart_counters(self) -> None:
-        """Reset the counters of sent and received frames, as when the arm is enabled."""
-        self._hear_anew()
+        """All counters of sent and heard frames begin at 0, as when the arm is enabled."""
+        self._forget_counters()
         for sender in self._senders:
             sender.reset()
 
@@ -130,10 +147,12 @@ class Endpoint(ABC):
         self._out.append(
             self._heartbeat.frame(
                 state,
+                0,
                 register,
                 self.boot_id,
                 self.wire.dbc_hash,
                 config_hash,
                 min(self.discarded, _MAX_U16),
+                0,
             )
         )

@@ -17,8 +17,8 @@ from rfms_can.tables import complete
 from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, PLANT
-from rfms_can.wire.records import Dac, Estop, Force, Measure, Nmt, Reference, Sync
+from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, PLANT
+from rfms_can.wire.records import Dac, Estop, Force, Heartbeat, Measure, Nmt, Reference, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 
 SILENT_CYCLES: Final = 3
@@ -49,6 +49,7 @@ class PlantNode(Endpoint):
         self.each_period: Callable[[int], None] | None = None
         self._started = False
         self._stopped = False
+        self._synchronised = False  # SYNC comes
         self._bus_state = NodeState.PREOP
         self._arrived: list[Dac | None] = [None] * GRIPPER
         self._silent = [SILENT_CYCLES] * GRIPPER
@@ -58,7 +59,8 @@ class PlantNode(Endpoint):
         self._references = [self._sends(Reference, n) for n in JOINTS]
         self._force = self._sends(Force, None)
         self._hears(Estop, None, self._on_estop)
-        self._hears(Nmt, None, self._on_command, ordered=False)  # a restarted master counts from 0
+        self._hears(Nmt, None, self._on_command)
+        self._hears(Heartbeat, MASTER, self._on_master)
         self._hears(Sync, None, self._on_sync)
         for n in (*JOINTS, GRIPPER):
             self._hears(Dac, n, partial(self._on_dac, n - 1))
@@ -72,6 +74,7 @@ class PlantNode(Endpoint):
             self._deadline_ns = None
             self._announce()
         else:
+            self._synchronised = False
             self._deadline_ns += self._watch_ns
             self._run_period(self.cycle + 1)
         return self._flush()
@@ -89,6 +92,7 @@ class PlantNode(Endpoint):
             return
         self.state = NodeState.OPERATIONAL
         self._bus_state = NodeState(sync.state)
+        self._synchronised = True
         self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
             self._announce()
@@ -156,6 +160,11 @@ class PlantNode(Endpoint):
         else:
             self.ignored["stale DAC"] += 1
 
+    def _on_master(self, beat: Heartbeat) -> None:
+        """A master that has started again counts from 0; not one beside a master that runs."""
+        if not (self._synchronised and self._bus_state is NodeState.OPERATIONAL):
+            self._note_boot(MASTER, beat.boot_id)
+
     def _on_command(self, nmt: Nmt) -> None:
         if nmt.node not in (0, self.number):
             return
@@ -164,7 +173,7 @@ class PlantNode(Endpoint):
             reaction(self)
 
     def _reset(self) -> None:
-        self._hear_anew()
+        self._forget_counters()
         self._stopped = False
 
     def _on_estop(self, estop: Estop) -> None:

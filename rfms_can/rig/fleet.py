@@ -18,10 +18,11 @@ from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Program
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire.contract import Wire
+from rfms_can.wire.emergency import in_words
 from rfms_can.wire.nodes import MASTER, NODE_NAMES
 from rfms_can.wire.protection import Refusal
 from rfms_can.wire.records import Emcy, Heartbeat
-from rfms_can.wire.vocabulary import FaultCode, NodeState
+from rfms_can.wire.vocabulary import NodeState
 
 NODES: Final = (MASTER, *OTHERS)
 
@@ -34,7 +35,7 @@ class Health(msgspec.Struct):
         pid: its process; 0 if it was not started here.
         alive: whether the process runs.
         state: by its last heartbeat; empty before the first.
-        register, discarded: by its last heartbeat.
+        error_register, discarded: by its last heartbeat.
         silent_s: time since its last heartbeat, s; None before the first.
         emergency: its last emergency message.
     """
@@ -43,7 +44,7 @@ class Health(msgspec.Struct):
     pid: int = 0
     alive: bool = True
     state: str = ""
-    register: int = 0
+    error_register: int = 0
     discarded: int = 0
     silent_s: float | None = None
     emergency: str = ""
@@ -131,13 +132,13 @@ class Fleet:
                     self._heard[node] = time.monotonic()
                     health = self.health[node]
                     health.state = NodeState(beat.state).name
-                    health.register, health.discarded = beat.register, beat.discarded
+                    health.error_register = beat.error_register
+                    health.discarded = beat.discarded
             else:
                 node, emergencies = self._emergencies[frame.id]
                 emergency = emergencies.decoder.decode(frame)
                 if not isinstance(emergency, Refusal):
-                    fault = FaultCode(emergency.fault).name
-                    self.health[node].emergency = f"{fault} ({emergency.value:g})"
+                    self.health[node].emergency = in_words(self._wire, node, emergency)
         now = time.monotonic()
         for node, health in self.health.items():
             health.silent_s = now - self._heard[node] if node in self._heard else None

@@ -14,12 +14,12 @@ from rfms_can.wire.nodes import GRIPPER
 
 def make_joint(joint: int, settings: RunSettings, wire: Wire) -> JointNode:
     """Joint node 1 to 6."""
-    return JointNode(joint, wire, settings.boot_id(joint), settings.watch_ns)
+    return JointNode(joint, wire, settings.boot_id(joint))
 
 
 def make_gripper(settings: RunSettings, wire: Wire) -> GripperNode:
     """Node 7."""
-    return GripperNode(wire, settings.boot_id(GRIPPER), settings.watch_ns)
+    return GripperNode(wire, settings.boot_id(GRIPPER))
 
 
 def make_master(settings: RunSettings, wire: Wire) -> MasterNode:
@@ -35,7 +35,7 @@ def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:
         settings.friction,
         settings.rate,
         scene=settings.the_scene,
-        sensor=sensor_from(settings.sensor, settings.seed),
+        sensor=sensor_from(settings.sensor, settings.noise_seed),
         variant=make_variant(settings.plant, arm, settings.friction),
     )
     return PlantNode(physics, wire, settings.boot_id(9), settings.watch_ns)

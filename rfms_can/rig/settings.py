@@ -1,5 +1,6 @@
 """Settings of a run; every field is a flag of ``rfms run`` and a key of the config file."""
 
+import secrets
 from dataclasses import asdict, dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -12,12 +13,13 @@ from rfms_can.bus.url import SIM, parse_bus_url
 from rfms_can.compliance import LAWS, ControlLaw
 from rfms_can.dynamics.model import FULL, NONE, check_kind
 from rfms_can.errors import RfmsError
-from rfms_can.master.settings import CLOCKS, Clock, MasterSettings
+from rfms_can.master.settings import CLOCKS, MasterSettings
 from rfms_can.plant.physics import physics_steps
 from rfms_can.plant.scene import Scene
 from rfms_can.plant.scene.catalogue import scene_from
 from rfms_can.plant.variant import make_variant
 from rfms_can.plant.wrist_sensor import NO_SENSOR, sensor_from
+from rfms_can.wire.configuration import Clock
 from rfms_can.wire.vocabulary import Blend
 
 Kind = TypeVar("Kind", bound=IntEnum)
@@ -48,7 +50,8 @@ class RunSettings:
         bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
         barrier: longest lockstep cycle, s.
         patience: how long nodes may take to appear, s.
-        seed: of the boot ids and the sensor's noise.
+        seed: of the boot ids and the sensor's noise; without one, boot ids are random where nodes
+            are processes, so that one that starts again is noticed.
         scene: tool and fixtures: ``NAME`` or ``NAME:key=value,...``
             (``plant/scene/catalogue.py``).
         sensor: at its wrist: ``none``, ``ideal`` or ``good``.
@@ -71,7 +74,7 @@ class RunSettings:
     data_bit_rate: int = 5_000_000
     barrier: float = 2.0
     patience: float = 30.0
-    seed: int = 1
+    seed: int | None = None
     scene: str = "free"
     sensor: str = NO_SENSOR
     law: str = ControlLaw.WEIGHTED.value
@@ -83,7 +86,7 @@ class RunSettings:
         friction_set(arm, self.friction)
         friction_set(arm, self.servo_friction or self.friction)
         physics_steps(self.rate, self.the_scene.longest_step_s)
-        sensor_from(self.sensor, self.seed)
+        sensor_from(self.sensor, self.noise_seed)
         make_variant(self.plant, arm, self.friction)
         self._check_force()
         simulated = parse_bus_url(self.bus).interface == SIM
@@ -99,7 +102,7 @@ class RunSettings:
             )
         if one_process and not simulated:
             raise SettingsError(
-                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} takes lockstep"
+                f"clock {self.clock!r} works only on bus 'sim'; {self.bus} needs 'lockstep'"
             )
         for name in ("barrier", "patience"):
             if not 0.0 < getattr(self, name) <= LONGEST_S:
@@ -148,9 +151,19 @@ class RunSettings:
         """Time between two SYNCs, ns: the control period, or the barrier in lockstep."""
         return self.master().cycle_limit_ns
 
+    @property
+    def noise_seed(self) -> int:
+        """Seed of the sensor's noise."""
+        return 1 if self.seed is None else self.seed
+
     def boot_id(self, node: int) -> int:
-        """Boot id of a node: the same in every run with the same seed."""
-        return (self.seed << 8 | node) & 0xFFFFFFFF
+        """Boot id of a node that starts now: by the seed, or another one at every start.
+
+        In one process (bus ``sim``) no node can start again, and runs repeat to the bit.
+        """
+        if self.seed is None and not self.simulated:
+            return secrets.randbits(32)
+        return (self.noise_seed << 8 | node) & 0xFFFFFFFF
 
     def master(self, *, paced: bool = False) -> MasterSettings:
         """The master's settings; ``paced`` for a bus without a program."""

@@ -20,7 +20,7 @@ import cantools
 from cantools.database.can import Database, Message, Signal
 
 from rfms_can.errors import DbcError, EncodeError
-from rfms_can.wire.layout import Layout, bounds, is_scaled
+from rfms_can.wire.layout import Layout, bounds, is_scaled, known_values
 
 Record = TypeVar("Record", bound=NamedTuple)
 
@@ -28,6 +28,9 @@ HEADER_SIGNALS: Final = ("e2e_crc", "e2e_counter")
 """Signals of the end-to-end header, filled by ``protection`` and not by the codec."""
 
 HEADER_BYTES: Final = 3
+
+LAYOUT_ATTRIBUTES: Final = ("RfmsE2EDataId", "RfmsEvery", "VFrameFormat", "RfmsClassicToo")
+"""Attributes of a message that are part of the layout."""
 
 DBC_VARIABLE: Final = "RFMS_DBC"
 
@@ -65,9 +68,31 @@ def load_database(path: Path | None = None) -> Database:
 
 @cache
 def database_hash(path: Path | None = None) -> int:
-    """First 16 bits of SHA-256 of the DBC's text, line ends normalised: SYNC's ``dbc_hash``."""
-    text = (path or database_path()).read_bytes().replace(b"\r\n", b"\n")
-    return int.from_bytes(hashlib.sha256(text).digest()[:2], "big")
+    """First 16 bits of SHA-256 of the DBC's layout: SYNC's ``dbc_hash``.
+
+    The layout is what two nodes must agree on to understand one another: identifiers, names,
+    lengths, bits, types, units, ranges, data IDs and periods. Comments and value tables are not
+    part of it: a new fault, parameter or law inside its reserved range leaves the hash as it is.
+    """
+    text = "\n".join(layout_lines(load_database(path)))
+    return int.from_bytes(hashlib.sha256(text.encode("ascii")).digest()[:2], "big")
+
+
+def layout_lines(database: Database) -> list[str]:
+    """The layout in words, a line for each message and signal, by identifier and first bit."""
+    lines = []
+    for message in sorted(database.messages, key=lambda m: m.frame_id):
+        attributes = message.dbc.attributes if message.dbc else {}
+        own = [attributes[name].value if name in attributes else "-" for name in LAYOUT_ATTRIBUTES]
+        lines.append(f"{message.frame_id:03x} {message.name} {message.length} {own}")
+        for s in sorted(message.signals, key=lambda s: s.start):
+            kind = "f" if s.is_float else "i" if s.is_signed else "u"
+            numbers = (s.conversion.scale, s.conversion.offset, *bounds(s))
+            scaled = " ".join(f"{number:.17g}" for number in numbers)
+            lines.append(
+                f" {s.name} {s.start} {kind}{s.length} {s.byte_order} {scaled} {s.unit or ''}"
+            )
+    return lines
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +104,9 @@ class MessageCodec(Generic[Record]):
         id: CAN identifier.
         length: payload length, bytes; other lengths are refused.
         data_id: E2E data ID, or None for a message without protection.
-        every: transmission period in control cycles; 0 on event.
+        senders: names of the nodes that may send it.
+        every: sent every so many control cycles; 0 on event.
+        classic: whether it is taken from a classic CAN frame too.
         pack_into: ``pack_into(buffer, *values)`` writes everything but the E2E header; raises
             ``EncodeError`` for a value that is not finite or out of range.
         unpack: ``unpack(data) -> Record | None``; None when a value is out of range or NaN. The
@@ -90,7 +117,9 @@ class MessageCodec(Generic[Record]):
     id: int
     length: int
     data_id: int | None
+    senders: frozenset[str]
     every: int
+    classic: bool
     pack_into: Callable[..., None]
     unpack: Callable[[bytes], Record | None]
 
@@ -116,7 +145,7 @@ def compile_message(message: Message, record: type[Record]) -> MessageCodec[Reco
             f"{message.name}: signals {' and '.join(HEADER_SIGNALS)} and attribute RfmsE2EDataId "
             "go together; give it all three or none"
         )
-    layout = Layout.of(message, signals, HEADER_BYTES if protected else 0)
+    layout = Layout.of(message, signals, HEADER_BYTES if protected else 0, record._field_defaults)
     scope: dict[str, Any] = {
         "_layout": struct.Struct(layout.format),
         "_new": tuple.__new__,
@@ -129,7 +158,9 @@ def compile_message(message: Message, record: type[Record]) -> MessageCodec[Reco
         id=message.frame_id,
         length=message.length,
         data_id=int(attributes["RfmsE2EDataId"].value) if protected else None,
+        senders=frozenset(message.senders),
         every=int(attributes["RfmsEvery"].value) if "RfmsEvery" in attributes else 0,
+        classic=bool("RfmsClassicToo" in attributes and attributes["RfmsClassicToo"].value),
         pack_into=scope["pack_into"],
         unpack=scope["unpack"],
     )
@@ -147,6 +178,12 @@ def _refuser(message: str, signals: list[Signal]) -> Callable[..., None]:
                 unit = f" {signal.unit}" if signal.unit else ""
                 raise EncodeError(
                     f"{message}.{signal.name}: {value!r} does not fit {low}..{high}{unit}{kind}"
+                )
+            known = known_values(signal)
+            if known and value not in known:
+                raise EncodeError(
+                    f"{message}.{signal.name}: {value!r} has no name in the DBC's value table; "
+                    f"there are {', '.join(map(str, known))}"
                 )
         raise EncodeError(f"{message}: {values!r} cannot be packed")
 

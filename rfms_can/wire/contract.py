@@ -12,7 +12,7 @@ from rfms_can.wire.codec import (
     database_hash,
     load_database,
 )
-from rfms_can.wire.protection import Decoder, Receiver, Refusal, Sender
+from rfms_can.wire.protection import Decoder, HeartbeatReceiver, Receiver, Refusal, Sender
 from rfms_can.wire.records import (
     Bias,
     Comply,
@@ -25,8 +25,10 @@ from rfms_can.wire.records import (
     Gripper,
     Heartbeat,
     JointError,
+    JointSetpoint,
     Measure,
     Nmt,
+    Position,
     Reference,
     Rows,
     Setpoint,
@@ -41,7 +43,8 @@ LAST_SET: Final = 255
 
 COMPLY_BELONGS: Final = 1
 BIAS_BELONGS: Final = 2
-"""Bits of SETPOINT's ``extras``: further frames that belong to the set-point."""
+JOINT_SETPOINT_BELONGS: Final = 4
+"""Bits of SETPOINT's ``extras``: which frames belong to it beside its poses."""
 
 MESSAGES: Final[dict[type[NamedTuple], str]] = {
     Estop: "ESTOP",
@@ -52,11 +55,13 @@ MESSAGES: Final[dict[type[NamedTuple], str]] = {
     Force: "FORCE",
     Setpoint: "SETPOINT_{}",
     Comply: "COMPLY",
+    JointSetpoint: "JOINT_SETPOINT_{}",
     Bias: "BIAS",
     Gripper: "GRIPPER",
     Reference: "REFERENCE_{}",
     JointError: "ERROR_{}",
     Dac: "DAC_{}",
+    Position: "POSITION_{}",
     Rows: "ROWS_{}",
     Config: "CONFIG_{}",
     ConfigAck: "CONFIG_ACK_{}",
@@ -118,10 +123,10 @@ class Wire:
         record: type[Record],
         node: int | None = None,
         refused: Counter[Refusal] | None = None,
-        *,
-        ordered: bool = True,
     ) -> Receiver[Record]:
         """A new receiver of a message, with a counter of its own; decoding is shared."""
         codec = self.codec(record, node)
         decoder = self._decoders.setdefault(codec.name, Decoder(codec))
-        return Receiver(decoder, refused, ordered=ordered)
+        if issubclass(record, Heartbeat):
+            return HeartbeatReceiver(decoder, refused)
+        return Receiver(decoder, refused)

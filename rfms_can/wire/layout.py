@@ -5,7 +5,9 @@ format; all others are extracted with shifts and masks from little-endian words 
 """
 
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Final
 
 from cantools.database.can import Message, Signal
@@ -30,25 +32,33 @@ class Layout:
         offset: bytes of the header, which the layout does not contain.
         signals: the signals, in the order of their bits.
         format: ``struct`` format of everything behind the header; gaps are written as zero bits.
+        defaults: values that ``pack_into`` need not be given, by signal; those of the last signals.
     """
 
     offset: int
     signals: list[Signal]
     format: str = "<"
+    defaults: Mapping[str, float] = field(default_factory=dict)
     _packed: list[str] = field(default_factory=list)  # one expression for each struct item
     _targets: list[str] = field(default_factory=list)  # one variable for each struct item
     _words: list[str] = field(default_factory=list)  # the targets that hold several signals
     _values: dict[str, str] = field(default_factory=dict)  # signal -> expression of its value
 
     @classmethod
-    def of(cls, message: Message, signals: list[Signal], offset: int) -> "Layout":
+    def of(
+        cls,
+        message: Message,
+        signals: list[Signal],
+        offset: int,
+        defaults: Mapping[str, float] = MappingProxyType({}),
+    ) -> "Layout":
         """Lay out ``signals`` of ``message``.
 
         Raises:
             DbcError: a signal is of an unsupported kind.
         """
         _require_supported(message.name, signals, offset * 8)
-        layout = cls(offset, signals)
+        layout = cls(offset, signals, defaults=defaults)
         position, index = offset * 8, 0  # first free bit, always a whole byte; next signal
         while index < len(signals):
             signal = signals[index]
@@ -101,11 +111,16 @@ class Layout:
         A record's fields never begin with an underscore, so no signal can hide one of these.
         """
         names = ", ".join(s.name for s in self.signals)
+        given = ", ".join(
+            f"{s.name}={self.defaults[s.name]!r}" if s.name in self.defaults else s.name
+            for s in self.signals
+        )
         ranges = [(s.name, *bounds(s)) for s in self.signals]
         # written so that a NaN fails the check
         checks = " and ".join(f"{low!r} <= {name} <= {high!r}" for name, low, high in ranges)
+        checks = " and ".join([checks, *filter(None, map(_known, self.signals))])
         lines = [
-            f"def pack_into(_buffer, {names}):",
+            f"def pack_into(_buffer, {given}):",
             f"    if not ({checks}): _refuse({names})",
             "    try:",
             f"        _layout.pack_into(_buffer, {self.offset}, {', '.join(self._packed)})",
@@ -135,6 +150,30 @@ def bounds(signal: Signal) -> tuple[float, float]:
             f"signal {signal.name}: {low!r}..{high!r} are not float32 numbers; round them"
         )
     return low, high
+
+
+def known_values(signal: Signal) -> tuple[int, ...]:
+    """Values of an enumeration that have a name, ascending; empty where any value may travel.
+
+    An enumeration's range is wider than its value table, so that a new value changes no layout. A
+    node that does not know one cannot act on it: it refuses the frame, unless the DBC's
+    RfmsUnknownValue says that it shall be taken (a fault or parameter that only a later version
+    knows).
+    """
+    attributes = signal.dbc.attributes if signal.dbc else {}
+    if "RfmsUnknownValue" in attributes and attributes["RfmsUnknownValue"].value:
+        return ()
+    return tuple(sorted(signal.choices or ()))
+
+
+def _known(signal: Signal) -> str:
+    """Expression that a value has a name; empty where its range says it already."""
+    values = known_values(signal)
+    if not values or values == tuple(range(signal.minimum, signal.maximum + 1)):
+        return ""
+    if values == tuple(range(signal.minimum, values[-1] + 1)):
+        return f"{signal.name} <= {values[-1]}"
+    return f"{signal.name} in {values!r}"
 
 
 def is_scaled(signal: Signal) -> bool:

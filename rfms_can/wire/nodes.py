@@ -1,4 +1,4 @@
-"""Numbers and names of the nodes on the bus."""
+"""The nodes of the bus: their numbers and names."""
 
 from typing import Final
 
@@ -6,7 +6,27 @@ JOINTS: Final = (1, 2, 3, 4, 5, 6)
 GRIPPER: Final = 7
 MASTER: Final = 8
 PLANT: Final = 9
-NODE_NAMES: Final = {**{n: f"joint {n}" for n in JOINTS}, 7: "gripper", 8: "master", 9: "plant"}
+FORCE_SENSOR: Final = 10
+BOARDS: Final = {driven: 10 + driven for driven in (*JOINTS, GRIPPER)}
+"""Node number of the board of each joint and of the gripper, where boards are nodes themselves."""
+NODE_NAMES: Final = {
+    **{n: f"joint {n}" for n in JOINTS},
+    GRIPPER: "gripper",
+    MASTER: "master",
+    PLANT: "plant",
+    FORCE_SENSOR: "force sensor",
+    **{board: f"board {driven}" for driven, board in BOARDS.items()},
+}
+
+DBC_NAMES: Final = {
+    **{n: f"JOINT_{n}" for n in JOINTS},
+    GRIPPER: "GRIPPER",
+    MASTER: "MASTER",
+    PLANT: "PLANT",
+    FORCE_SENSOR: "FORCE_SENSOR",
+    **{board: f"BOARD_{driven}" for driven, board in BOARDS.items()},
+}
+"""What the DBC calls each node."""
 
 HEARTBEAT_EVERY: Final = 12
 """Cycles between two heartbeats of a node."""

@@ -1,14 +1,21 @@
 """End-to-end protection of a stream of frames: AUTOSAR E2E profile 5 and its refusals.
 
-A ``Sender`` packs and protects the frames of one identifier; a ``Receiver`` accepts a frame as a
-whole or refuses it, and counts refusals by reason (``PROTOCOL`` R0). CRC and header are those of
-the library (``autosar-e2e``); the counter rules are here: an equal counter is a duplicate, one up
-to half the range ahead is accepted and the gap counted, any other is an old frame.
+A ``Sender`` packs and protects the frames of one identifier, a ``Receiver`` takes them whole or
+not at all and counts what it refused and why. The CRC and header are the library's
+(``autosar-e2e``); the rule of the counters is here, one for all messages:
+
+- The first frame is taken whatever its counter: after power-up, after START or RESET (``reset``),
+  after a HEARTBEAT of the sender with another boot id.
+- Then a counter 1 to ``COUNTER_WINDOW`` ahead of the last one taken is in step; the gap is counted.
+- Every other frame is refused: the same counter is a duplicate, the rest out of order. The
+  ``COUNTER_RESTART``-th of them in a row that count on among themselves is taken all the same, for
+  the receiver may have been deaf for long. Each such leap doubles how many the next one takes: an
+  old recording that is played into the bus does not get far.
 """
 
 from collections import Counter
 from enum import Enum
-from typing import Final, Generic
+from typing import Any, Final, Generic
 
 from e2e.p05 import e2e_p05_check, e2e_p05_protect
 
@@ -17,6 +24,12 @@ from rfms_can.wire.frame import Frame
 
 _COUNTER: Final = 2  # byte of the header that holds the counter
 _BEFORE_FIRST: Final = 255
+
+COUNTER_WINDOW: Final = 16
+"""Largest step of a counter that is taken; the DBC's RfmsCounterWindow."""
+COUNTER_RESTART: Final = 3
+"""Refused frames in a row, in step among themselves, of which the last is taken; the DBC's
+RfmsCounterRestart."""
 
 
 class Refusal(Enum):
@@ -27,7 +40,7 @@ class Refusal(Enum):
     CRC = "wrong CRC"
     RANGE = "a value out of range or not a number"
     DUPLICATE = "counter unchanged"
-    ORDER = "counter went back"
+    ORDER = "counter out of order"
 
 
 class Sender(Generic[Record]):
@@ -71,11 +84,12 @@ class Decoder(Generic[Record]):
         frame, result: the frame decoded last, and its values or why it was refused.
     """
 
-    __slots__ = ("_data_id", "_length", "_unpack", "codec", "frame", "result")
+    __slots__ = ("_classic", "_data_id", "_length", "_unpack", "codec", "frame", "result")
 
     def __init__(self, codec: MessageCodec[Record]) -> None:
         self.codec = codec
         self._length = codec.length
+        self._classic = codec.classic
         self._data_id = codec.data_id
         self._unpack = codec.unpack
         self.frame: Frame | None = None
@@ -90,7 +104,7 @@ class Decoder(Generic[Record]):
 
     def _check(self, frame: Frame) -> Record | Refusal:
         data = frame.data
-        if not frame.fd:
+        if not frame.fd and not self._classic:
             return Refusal.KIND
         if len(data) != self._length:
             return Refusal.LENGTH
@@ -106,32 +120,39 @@ class Receiver(Generic[Record]):
     Args:
         decoder: checks and unpacks.
         refused: counts refusals by reason; one for all receivers of a node.
-        ordered: whether the counter is checked; not where a restarted sender must be accepted
-            immediately.
 
     Attributes:
         lost: frames missed, by gaps of the counter.
+        leaps: times a counter out of step was taken up (``COUNTER_RESTART``).
         refused: refusals by reason, shared with the node's other receivers if one is given.
     """
 
-    __slots__ = ("_counter", "_ordered", "decoder", "lost", "refused")
+    __slots__ = (
+        "_counted",
+        "_counter",
+        "_in_row",
+        "_needed",
+        "_stray",
+        "_stray_base",
+        "decoder",
+        "leaps",
+        "lost",
+        "refused",
+    )
 
-    def __init__(
-        self,
-        decoder: Decoder[Record],
-        refused: "Counter[Refusal] | None" = None,
-        *,
-        ordered: bool = True,
-    ) -> None:
+    def __init__(self, decoder: Decoder[Record], refused: "Counter[Refusal] | None" = None) -> None:
         self.decoder = decoder
-        self._ordered = ordered and decoder.codec.data_id is not None
-        self._counter: int | None = None
-        self.lost = 0
+        self._counted = decoder.codec.data_id is not None
+        self.lost = self.leaps = 0
         self.refused: Counter[Refusal] = Counter() if refused is None else refused
+        self.reset()
 
     def reset(self) -> None:
-        """Accept the next frame with any counter: the sender may have restarted."""
-        self._counter = None
+        """Take the next frame whatever its counter: its sender has started again."""
+        self._counter: int | None = None
+        self._needed = COUNTER_RESTART
+        self._in_row = 0
+        self._stray = self._stray_base = -1
 
     def take(self, frame: Frame) -> Record | None:
         """The frame's values, or None if it is refused (counted)."""
@@ -141,14 +162,54 @@ class Receiver(Generic[Record]):
         if values.__class__ is Refusal:
             self.refused[values] += 1
             return None
-        if self._ordered:
+        if self._counted:
             counter = frame.data[_COUNTER]
-            if self._counter is not None:
-                step = (counter - self._counter) & 0xFF
-                if step != 1:
-                    if step == 0 or step >= 128:
-                        self.refused[Refusal.ORDER if step else Refusal.DUPLICATE] += 1
-                        return None
-                    self.lost += step - 1
+            last = self._counter
+            if (
+                last is not None
+                and counter != (last + 1) & 0xFF
+                and not self._is_taken_up(counter, last)
+            ):
+                return None
             self._counter = counter
         return values  # type: ignore[return-value]  # refusals left above
+
+    def _is_taken_up(self, counter: int, last: int) -> bool:
+        """Whether a frame is taken that does not follow the last one directly."""
+        step = (counter - last) & 0xFF
+        if 0 < step <= COUNTER_WINDOW:
+            self.lost += step - 1
+            return True
+        self.refused[Refusal.ORDER if step else Refusal.DUPLICATE] += 1
+        follows = 0 < (counter - self._stray) & 0xFF <= COUNTER_WINDOW
+        # in a row: none was taken between this one and the stray before
+        self._in_row = self._in_row + 1 if follows and last == self._stray_base else 1
+        self._stray, self._stray_base = counter, last
+        if self._in_row < self._needed:
+            return False
+        self._in_row, self._needed = 0, 2 * self._needed
+        self.refused[Refusal.ORDER] -= 1
+        self.leaps += 1
+        return True
+
+
+class HeartbeatReceiver(Receiver[Record]):
+    """Takes heartbeats: another boot id means another start, whose counters begin at 0.
+
+    Attributes:
+        boot_id: of the heartbeat taken last; None before the first.
+    """
+
+    __slots__ = ("boot_id",)
+
+    def __init__(self, decoder: Decoder[Record], refused: "Counter[Refusal] | None" = None) -> None:
+        super().__init__(decoder, refused)
+        self.boot_id: int | None = None
+
+    def take(self, frame: Frame) -> Record | None:
+        """The heartbeat's values, or None if it is refused (counted)."""
+        values: Any = self.decoder.decode(frame)
+        if values.__class__ is not Refusal and values.boot_id != self.boot_id:
+            self.boot_id = values.boot_id
+            self.reset()
+        return super().take(frame)

@@ -28,15 +28,19 @@ class Sync(NamedTuple):
     state: int
     row_set: int
     dbc_hash: int
+    reserved: int = 0
 
 
 class Emcy(NamedTuple):
     """Emergency message of a node."""
 
     fault: int
-    register: int
+    culprit: int
+    frame: int
     value: float
+    bound: float
     cycle: int
+    error_register: int
 
 
 class Measure(NamedTuple):
@@ -48,6 +52,7 @@ class Measure(NamedTuple):
     cycle: int
     index_seen: int
     braked: int
+    board_fault: int = 0
 
 
 class Force(NamedTuple):
@@ -60,6 +65,7 @@ class Force(NamedTuple):
     m_y: float
     m_z: float
     cycle: int
+    saturated: int = 0
 
 
 class Setpoint(NamedTuple):
@@ -85,6 +91,7 @@ class Setpoint(NamedTuple):
     sequence: int
     poses: int
     extras: int
+    reserved: int = 0
 
 
 class Comply(NamedTuple):
@@ -97,6 +104,19 @@ class Comply(NamedTuple):
     joint_5: float
     joint_6: float
     cycle: int
+
+
+class JointSetpoint(NamedTuple):
+    """Joint angles of one pose, for joints that do not solve theirs from T6."""
+
+    joint_1: float
+    joint_2: float
+    joint_3: float
+    joint_4: float
+    joint_5: float
+    joint_6: float
+    cycle: int
+    joints: int
 
 
 class Bias(NamedTuple):
@@ -145,27 +165,37 @@ class Dac(NamedTuple):
     cycle: int
 
 
-class Rows(NamedTuple):
-    """Two rows n of the law: C_theta and M, or M and M C_theta; gravity, what complies."""
+class Position(NamedTuple):
+    """What a node commands a board that closes a position loop of its own."""
 
-    c_1: float
-    c_2: float
-    c_3: float
-    c_4: float
-    c_5: float
-    c_6: float
-    mc_1: float
-    mc_2: float
-    mc_3: float
-    mc_4: float
-    mc_5: float
-    mc_6: float
+    position: float
+    speed: float
+    torque: float
+    cycle: int
+
+
+class Rows(NamedTuple):
+    """Row n of the law and of the joint-space inertia; gravity, what complies."""
+
+    law_1: float
+    law_2: float
+    law_3: float
+    law_4: float
+    law_5: float
+    law_6: float
+    inertia_1: float
+    inertia_2: float
+    inertia_3: float
+    inertia_4: float
+    inertia_5: float
+    inertia_6: float
     gravity: float
     set: int
     law: int
     damping: float
     selection: int
     specification: int
+    reserved: int = 0
 
 
 class Config(NamedTuple):
@@ -187,11 +217,13 @@ class ConfigAck(NamedTuple):
 
 
 class Heartbeat(NamedTuple):
-    """Heartbeat: state and health of a node."""
+    """A node is alive, and how it is."""
 
     state: int
-    register: int
+    bus_offs: int
+    error_register: int
     boot_id: int
     dbc_hash: int
     config_hash: int
     discarded: int
+    overflows: int

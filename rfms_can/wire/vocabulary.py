@@ -3,6 +3,14 @@
 from enum import IntEnum
 
 
+def name_of(kind: type[IntEnum], value: int) -> str:
+    """Name of a value that has arrived; its number if only a later version has a name for it."""
+    try:
+        return kind(value).name
+    except ValueError:
+        return f"{kind.__name__} {value}"
+
+
 class NodeState(IntEnum):
     """States of a node, and of the bus as the master runs it."""
 
@@ -30,32 +38,18 @@ class FaultCode(IntEnum):
     """Fault of an emergency message (EMCY)."""
 
     NONE = 0
-    LOST_FRAME = 1
-    SYNC_MISSING = 2
-    SETPOINT_MISSING = 3
-    MEASURE_MISSING = 4
-    ERROR_MISSING = 5
-    DAC_MISSING = 6
-    REFUSED_FRAMES = 7
-    UNREACHABLE = 8
-    SETPOINT_STEP = 9
-    ENCODER_GLITCH = 10
-    ADC_SATURATED = 11
-    OVER_TORQUE = 12
-    RUNAWAY = 13
-    SOFT_LIMIT = 14
-    HARD_LIMIT = 15
-    HOMING_FAILED = 16
-    CONFIG_REFUSED = 17
-    DBC_MISMATCH = 18
-    FOREIGN_MASTER = 19
-    DUPLICATE_NODE = 20
-    EMERGENCY_STOP = 21
-    NODE_LOST = 22
-    NODE_REJOINED = 23
-    PLANT_FAILED = 24
-    BUS_OFF = 25
-    ROWS_MISSING = 26
+    SYNC_MISSING = 1
+    SETPOINT_MISSING = 2
+    MEASURE_MISSING = 3
+    ERROR_MISSING = 4
+    ROWS_MISSING = 5
+    SETPOINT_STEP = 6
+    ENCODER_GLITCH = 7
+    SOFT_LIMIT = 8
+    HARD_LIMIT = 9
+    HOMING_FAILED = 10
+    DBC_MISMATCH = 11
+    EMERGENCY_STOP = 12
 
 
 class TrajectoryState(IntEnum):
@@ -125,9 +119,45 @@ class Parameter(IntEnum):
     COARSE_ZERO = 22
     INDEX_INTERVAL_COUNTS = 23
     HOMING_SPEED = 24
-    DITHER_PART = 25
+    DITHER_FRACTION = 25
     DITHER_PERIOD = 26
     TORQUE_PER_FORCE_CODE = 27
+    CLOCK = 28
+    BARRIER = 29
+    SENSOR_SOURCE = 30
+    KINEMATICS = 31
+    FOLLOWING_ERROR_LIMIT = 32
+    OVERSPEED_LIMIT = 33
+    TACHOMETER_LIMIT = 34
+    CONTINUOUS_TORQUE = 35
+    OVERLOAD_TIME = 36
+    STALL_TIME = 37
+    STUCK_TIME = 38
+    HOMING_TIME = 39
+    DH_A_1 = 64
+    DH_A_2 = 65
+    DH_A_3 = 66
+    DH_A_4 = 67
+    DH_A_5 = 68
+    DH_A_6 = 69
+    DH_D_1 = 70
+    DH_D_2 = 71
+    DH_D_3 = 72
+    DH_D_4 = 73
+    DH_D_5 = 74
+    DH_D_6 = 75
+    DH_ALPHA_1 = 76
+    DH_ALPHA_2 = 77
+    DH_ALPHA_3 = 78
+    DH_ALPHA_4 = 79
+    DH_ALPHA_5 = 80
+    DH_ALPHA_6 = 81
+    DH_OFFSET_1 = 82
+    DH_OFFSET_2 = 83
+    DH_OFFSET_3 = 84
+    DH_OFFSET_4 = 85
+    DH_OFFSET_5 = 86
+    DH_OFFSET_6 = 87
     COMMIT = 255
 
 
@@ -138,3 +168,5 @@ class ConfigStatus(IntEnum):
     UNKNOWN = 1
     REFUSED_STATE = 2
     WRONG_HASH = 3
+    REFUSED_VALUE = 4
+    UNSUPPORTED = 5

@@ -173,15 +173,27 @@ class FieldNodeBench(Bench[AnyFieldNode]):
         self.parameters = dict(parameters)
         super().__init__(node, wire)
 
+    def command(self, command: Command, argument: int = 0) -> list[Heard]:
+        """NMT to all nodes. A START that is taken resets all counters, as the master does."""
+        before = self.node.state
+        answers = self.say(Nmt, None, command, 0, argument)
+        if self.node.state is NodeState.OPERATIONAL is not before:
+            self.reset_counters()
+        return answers
+
     # --- bring-up ---------------------------------------------------------------------------
 
     def configure(self) -> None:
-        """The whole dialogue."""
+        """The whole dialogue; everything is taken."""
+        for answer in self.dialogue():
+            assert answer.values.status == ConfigStatus.TAKEN, answer
+
+    def dialogue(self) -> list[Heard]:
+        """The answers of the whole dialogue, the one to COMMIT last."""
+        answers: list[Heard] = []
         for parameter, value in self.parameters.items():
-            (answer,) = self.say(Config, self.number, parameter, 0, value, 0)
-            assert answer.values[:2] == (parameter, ConfigStatus.TAKEN)
-        (answer,) = self.commit()
-        assert answer.values.status == ConfigStatus.TAKEN, answer
+            answers += self.say(Config, self.number, parameter, 0, value, 0)
+        return answers + self.commit()
 
     def commit(self, *, total: int | None = None, digest: int | None = None) -> list[Heard]:
         """Close the dialogue."""

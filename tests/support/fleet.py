@@ -17,7 +17,6 @@ from rfms_can.kinematics import direct, jacobian
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
-from rfms_can.master.settings import Clock
 from rfms_can.messages import (
     ComplyRequest,
     LockRequest,
@@ -33,6 +32,7 @@ from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.wrist_sensor import sensor_from
 from rfms_can.rig.settings import RunSettings
 from rfms_can.transform import Transform
+from rfms_can.wire.configuration import Clock
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, JOINTS
@@ -127,7 +127,7 @@ class Pump:
 
 
 def _physics(run: RunSettings) -> PlantPhysics:
-    sensor = sensor_from(run.sensor, run.seed)
+    sensor = sensor_from(run.sensor, run.noise_seed)
     return PlantPhysics(run.the_arm, run.friction, run.rate, sensor=sensor)
 
 
@@ -145,8 +145,8 @@ class Fleet:
         watch_ns = how.cycle_limit_ns
         arm = run.the_arm
         self.wire = wire
-        self.joints = [JointNode(joint, wire, joint, watch_ns) for joint in JOINTS]
-        self.gripper = GripperNode(wire, GRIPPER, watch_ns)
+        self.joints = [JointNode(joint, wire, joint) for joint in JOINTS]
+        self.gripper = GripperNode(wire, GRIPPER)
         self.plant = PlantNode(_physics(run), wire, 9, watch_ns)
         self.master = MasterNode(arm, wire, 8, how)
         self.pump = Pump(*self.joints, self.gripper, self.plant, self.master)

@@ -52,7 +52,7 @@ class JointBench(FieldNodeBench[JointNode]):
         arm: Arm = PUMA_260,
         changes: dict[Parameter, float] | None = None,
     ) -> None:
-        node = JointNode(joint, wire, 0x100 + joint, PERIOD_NS)
+        node = JointNode(joint, wire, 0x100 + joint)
         parameters = all_parameters(arm, "corke", PERIOD_NS * 1e-9)[joint]
         super().__init__(node, wire, {**parameters, **(changes or {})})
         self.arm = arm
@@ -151,11 +151,15 @@ class JointBench(FieldNodeBench[JointNode]):
         selection: int = 0,
         specification: int = 0,
     ) -> list[Heard]:
-        """The node's own row of a set."""
+        """The node's own rows of a set: ``compliance`` of C, ``weighted`` of the inertia matrix.
+
+        Under the weighted law ``weighted`` is the row of M C, and ``compliance`` that of M.
+        """
         self.row_set = number
         own = [float(i == self.index) for i in range(6)] if compliance is None else compliance
         told = (gravity, number, law, damping, selection, specification)
-        return self.say(Rows, self.number, *own, *weighted, *told)
+        first, second = (weighted, own) if law is Law.WEIGHTED else (own, weighted)
+        return self.say(Rows, self.number, *first, *second, *told)
 
     # --- whole cycles -------------------------------------------------------------------------
 

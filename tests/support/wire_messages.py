@@ -42,12 +42,31 @@ def quiet_values(message: Message) -> dict[str, float]:
     return {s.name: min(max(0, s.minimum), s.maximum) for s in payload_of(message)}
 
 
+def known_of(signal: Signal) -> tuple[int, ...]:
+    """Values of an enumeration that may travel; empty where all of its range may.
+
+    Written down here once more, by hand: a node answers UNKNOWN to a parameter that it does not
+    know, and tells of a fault or refusal that only a later version names; all else it refuses.
+    """
+    if signal.name in ("fault", "parameter", "status"):
+        return ()
+    return tuple(sorted(signal.choices or ()))
+
+
+def is_taken(signal: Signal, value: float) -> bool:
+    """Whether a receiver takes a value of a signal."""
+    known = known_of(signal)
+    return bool(signal.minimum <= value <= signal.maximum) and (not known or value in known)
+
+
 def some_values(codec: MessageCodec[Any]) -> list[float]:
     """A value for each signal, neither zero nor a bound where the range allows it."""
     message = load_database().get_message_by_name(codec.name)
     return [
         s.minimum + (s.maximum - s.minimum) * 0.37
         if s.is_float
+        else max(known_of(s))
+        if known_of(s)
         else s.minimum + (s.maximum - s.minimum) * 3 // 7
         for s in payload_of(message)
     ]

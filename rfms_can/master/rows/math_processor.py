@@ -99,10 +99,9 @@ class MathProcessor:
         else:
             compliance = compliance._replace(selection=RIGID)
             law = inertia if weighted else _IDENTITY
-        first, second = (inertia, law) if weighted else (law, inertia)
         gravity = g.tolist()
         tail = (number, self._law.wire, damping, bits, compliance.number)
-        values = [(*first[i], *second[i], gravity[i], *tail) for i in range(len(JOINTS))]
+        values = [(*law[i], *inertia[i], gravity[i], *tail) for i in range(len(JOINTS))]
         return RowSet(number, compliance, values, J, M, g, rows)
 
     def _complying(

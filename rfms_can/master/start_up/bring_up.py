@@ -62,8 +62,8 @@ class BringUp:
             self.problem = self._whom_we_wait_for()
             return ()
         if not self._configuring:
-            announce = self._nmt.frame(Command.ANNOUNCE, 0, 0)
-            return (self._nmt.frame(Command.RESET, 0, 0), announce) if first else (announce,)
+            commands = (Command.RESET, Command.ANNOUNCE) if first else (Command.ANNOUNCE,)
+            return [self._nmt.frame(command, 0, 0) for command in commands]
         return [d.current() for d in self._dialogues.values() if not d.done]
 
     def _whom_we_wait_for(self) -> str:

@@ -8,7 +8,7 @@ from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import NODE_NAMES
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import ConfigAck
-from rfms_can.wire.vocabulary import ConfigStatus, Parameter
+from rfms_can.wire.vocabulary import ConfigStatus, Parameter, name_of
 
 
 class Configurator:
@@ -53,7 +53,7 @@ class Configurator:
             return None
         name, text = NODE_NAMES[self._node], Parameter(parameter).name
         if ack.status != ConfigStatus.TAKEN:
-            self.problem = f"{name} refuses {text} = {value:g}: {ConfigStatus(ack.status).name}"
+            self.problem = f"{name} refuses {text} = {value:g}: {name_of(ConfigStatus, ack.status)}"
             return None
         if parameter == Parameter.COMMIT:
             self.done = ack.hash == digest

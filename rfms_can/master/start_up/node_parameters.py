@@ -12,10 +12,12 @@ from typing import Final
 
 from rfms_can.arm import Arm, friction_set
 from rfms_can.arm.calibration import Calibration, JointCalibration
+from rfms_can.arm.parts import Drive
 from rfms_can.dynamics.model import NONE
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.master.settings import MasterSettings
-from rfms_can.wire.nodes import GRIPPER, JOINTS
+from rfms_can.wire.configuration import Clock, DhRow, Kinematics, geometry_values
+from rfms_can.wire.nodes import GRIPPER, JOINTS, PLANT
 from rfms_can.wire.vocabulary import Parameter
 
 NATURAL_FREQUENCY: Final = 30.0
@@ -40,6 +42,21 @@ ways in turn: with one period for all a peg can not turn in its hole, which take
 STOPPING_FRACTION: Final = 0.5
 """Deceleration of a controlled stop over the joint's acceleration limit."""
 
+# Bounds of detectors, which travel and are checked for their range; no node acts on them yet.
+FOLLOWING_ERROR_RAD: Final = 0.2
+OVERSPEED_FRACTION: Final = 1.5
+"""Measured speed over the speed limit."""
+TACHOMETER_FRACTION: Final = 0.5
+"""Difference of tachometer and encoder over the speed limit."""
+CONTINUOUS_FRACTION: Final = 0.6
+"""Torque that a motor bears for ever over the torque limit."""
+OVERLOAD_S: Final = 5.0
+STALL_S: Final = 0.5
+STUCK_CYCLES: Final = 25
+HOMING_MARGIN: Final = 4.0
+"""Time limit of homing over the time to pass two indexes."""
+GRIPPER_HOMING_S: Final = 5.0
+
 Parameters = dict[Parameter, float]
 _FRICTION: Final = (Parameter.COULOMB_POSITIVE, Parameter.COULOMB_NEGATIVE, Parameter.VISCOUS)
 
@@ -58,6 +75,7 @@ def joint_parameters(
     inertia = ArmDynamics(arm).inertia_matrix(arm.park)
     frictions = friction_set(arm, friction_name)
     natural = min(NATURAL_FREQUENCY, PERIOD_ANGLE / period_s)
+    geometry = geometry_values(tuple(DhRow(a, d, alpha) for alpha, a, d in arm.dh))
     result: dict[int, Parameters] = {}
     for joint in JOINTS:
         i = joint - 1
@@ -90,9 +108,19 @@ def joint_parameters(
             Parameter.COARSE_ZERO: scale.coarse_zero,
             Parameter.INDEX_INTERVAL_COUNTS: float(drive.counts_per_revolution),
             Parameter.HOMING_SPEED: HOMING_FRACTION * arm.speed_limits[i],
-            Parameter.DITHER_PART: dither,
+            Parameter.DITHER_FRACTION: dither,
             Parameter.DITHER_PERIOD: DITHER_PERIODS_S[i],
             Parameter.TORQUE_PER_FORCE_CODE: scale.torque_per_force_code,
+            Parameter.KINEMATICS: float(Kinematics.SPHERICAL_WRIST),
+            Parameter.FOLLOWING_ERROR_LIMIT: FOLLOWING_ERROR_RAD,
+            Parameter.OVERSPEED_LIMIT: OVERSPEED_FRACTION * arm.speed_limits[i],
+            Parameter.TACHOMETER_LIMIT: TACHOMETER_FRACTION * arm.speed_limits[i],
+            Parameter.CONTINUOUS_TORQUE: CONTINUOUS_FRACTION * drive.torque_limit,
+            Parameter.OVERLOAD_TIME: OVERLOAD_S,
+            Parameter.STALL_TIME: STALL_S,
+            Parameter.STUCK_TIME: STUCK_CYCLES * period_s,
+            Parameter.HOMING_TIME: HOMING_MARGIN * _index_travel_s(drive, arm.speed_limits[i]),
+            **geometry,
         }
     return result
 
@@ -107,7 +135,23 @@ def gripper_parameters(arm: Arm, period_s: float) -> Parameters:
         Parameter.TORQUE_PER_CODE: gripper.force_per_dac_code,
         Parameter.COUNTS_PER_UNIT: gripper.counts_per_metre,
         Parameter.POSITION_MAX: gripper.stroke,
+        Parameter.HOMING_TIME: GRIPPER_HOMING_S,
     }
+
+
+def bus_parameters(clock: Clock, barrier_s: float) -> Parameters:
+    """What a node is told of the bus: which clock SYNC follows, and who sends its samples."""
+    return {
+        Parameter.CLOCK: float(clock),
+        Parameter.BARRIER: barrier_s,
+        Parameter.SENSOR_SOURCE: float(PLANT),
+    }
+
+
+def _index_travel_s(drive: Drive, speed_limit: float) -> float:
+    """Time to pass two indexes at homing speed, s: one may lie right behind the joint."""
+    interval_rad = drive.counts_per_revolution / abs(drive.counts_per_radian)
+    return 2.0 * interval_rad / (HOMING_FRACTION * speed_limit)
 
 
 def all_parameters(
@@ -118,6 +162,8 @@ def all_parameters(
     *,
     compensated: bool = True,
     dither: float = 0.0,
+    clock: Clock = Clock.VIRTUAL,
+    barrier_s: float = 2.0,
 ) -> dict[int, Parameters]:
     """Parameters of nodes 1 to 7, rounded to the float32 they travel as.
 
@@ -128,6 +174,7 @@ def all_parameters(
         calibration: torque per code and friction as they were measured.
         compensated: whether the servos compensate friction at all.
         dither: fraction of the friction that complying joints dither with.
+        clock, barrier_s: see ``MasterSettings``.
     """
     nodes = joint_parameters(arm, friction_name, period_s, dither)
     if calibration is not None:
@@ -137,6 +184,8 @@ def all_parameters(
         for joint in JOINTS:
             nodes[joint].update(dict.fromkeys(_FRICTION, 0.0))
     nodes[GRIPPER] = gripper_parameters(arm, period_s)
+    for parameters in nodes.values():
+        parameters.update(bus_parameters(clock, barrier_s))
     number = struct.Struct("<f")
     return {
         node: {p: number.unpack(number.pack(v))[0] for p, v in parameters.items()}
@@ -153,6 +202,8 @@ def parameters_for(arm: Arm, settings: MasterSettings) -> dict[int, Parameters]:
         settings.calibration,
         compensated=settings.dynamics != NONE,
         dither=settings.dither,
+        clock=settings.clock,
+        barrier_s=settings.barrier_s,
     )
 
 
@@ -165,7 +216,8 @@ def _measured(joint: JointCalibration, nominal: Parameters) -> Parameters:
     law = joint.law
     return {
         Parameter.TORQUE_PER_CODE: math.copysign(law.slope, nominal[Parameter.TORQUE_PER_CODE]),
-        Parameter.COULOMB_POSITIVE: -law.offset_positive * law.slope / law.slope_positive,
-        Parameter.COULOMB_NEGATIVE: law.offset_negative * law.slope / law.slope_negative,
-        Parameter.VISCOUS: law.viscous,
+        # friction that was measured below zero is none
+        Parameter.COULOMB_POSITIVE: max(0.0, -law.offset_positive * law.slope / law.slope_positive),
+        Parameter.COULOMB_NEGATIVE: max(0.0, law.offset_negative * law.slope / law.slope_negative),
+        Parameter.VISCOUS: max(0.0, law.viscous),
     }
