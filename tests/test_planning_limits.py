@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
 from support.planning import TOOL, How, Place, PlannedRig, at_angles, at_goal, at_pose
-from support.programs.random_moves import near
+from support.programs.random_moves import angles_near
 from support.trajectory import REST, WeavingGoal
 
 from rfms_can.arm import PUMA_260
@@ -62,10 +62,8 @@ def hows(lengthen: st.SearchStrategy[bool]) -> st.SearchStrategy[How]:
 
 
 def programs(lengthen: st.SearchStrategy[bool]) -> st.SearchStrategy[list[Leg]]:
-    angles = st.tuples(
-        near(0.2, 0.6), near(1.2, 0.3), near(-2.6, 0.3),
-        near(0.3, 0.8), near(1.0, 0.5), near(-0.2, 0.8),
-    )  # fmt: skip
+    centre = (0.2, 1.2, -2.6, 0.3, 1.0, -0.2)
+    angles = angles_near(centre, (0.6, 0.3, 0.3, 0.8, 0.5, 0.8))
     return st.lists(st.builds(Leg, angles, hows(lengthen)), min_size=1, max_size=4)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import can
 import cantools
 import pytest
+from support.bus_nodes import Listener
 from support.system import SHORT
 
 from rfms_can.arm import PUMA_260
@@ -28,7 +29,6 @@ from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
 from rfms_can.wire.codec import database_path
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
-from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Estop
 
 pytestmark = pytest.mark.system
@@ -147,7 +147,7 @@ def test_an_emergency_stop_is_a_latched_fault(watched: Watched, tmp_path: Path) 
     def program(arm: Arm) -> None:
         swing(arm, "go on")
         bus, wire = watched.rig.bus, Wire()
-        plant = bus.attach(Bystander())
+        plant = bus.attach(Listener("bystander", frozenset()))
         bus.send(plant, [wire.sender(Estop).frame(*ESTOP_VALUES)])
         arm.wait()
         raise AssertionError("the arm was stopped, and the program not told")
@@ -157,22 +157,6 @@ def test_an_emergency_stop_is_a_latched_fault(watched: Watched, tmp_path: Path) 
     assert "emergency stop" in str(outcome.fault).lower() or "EMERGENCY_STOP" in str(outcome.fault)
     assert json.loads((tmp_path / SUMMARY).read_text())["fault"] == str(outcome.fault)
     watched.assert_safe()
-
-
-class Bystander:
-    """A node that says nothing by itself."""
-
-    name = "bystander"
-    accepts: frozenset[int] = frozenset()
-
-    def on_frame(self, frame: Frame, now_ns: int) -> tuple[Frame, ...]:
-        return ()
-
-    def on_time(self, now_ns: int) -> tuple[Frame, ...]:
-        return ()
-
-    def next_deadline_ns(self) -> int | None:
-        return None
 
 
 @pytest.mark.parametrize("at", ["before it is enabled", "while it moves"])

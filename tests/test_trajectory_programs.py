@@ -6,7 +6,7 @@ from typing import NamedTuple
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
-from support.programs.random_moves import is_runnable, near
+from support.programs.random_moves import angles_near, is_runnable
 from support.trajectory import LEFT_DOWN, TAU, Rig
 
 from rfms_can.arm import PUMA_260
@@ -31,15 +31,12 @@ class Leg(NamedTuple):
 
 legs = st.builds(
     Leg,
-    q=st.tuples(
-        near(0.2, 0.4), near(1.2, 0.3), near(-2.9, 0.3),
-        near(0.3, 0.5), near(1.0, 0.4), near(-0.2, 0.5),
-    ),
+    q=angles_near(REST, (0.4, 0.3, 0.3, 0.5, 0.4, 0.5)),
     mode=st.sampled_from(Mode),
     segment_ticks=st.integers(120, 300),
     acceleration_ticks=st.integers(15, 50),
     pause=st.integers(0, 250),
-)  # fmt: skip
+)
 
 
 def run(program: list[Leg], blend: Blend) -> tuple[Rig, list[Leg]]:

@@ -11,7 +11,7 @@ from rfms_can.kinematics import InverseKinematics, Joints, direct
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.wire.vocabulary import Mode
-from support.trajectory import LEFT_DOWN, TOOL, MovingGoal, WeavingGoal
+from support.trajectory import LEFT_DOWN, REST, TOOL, MovingGoal, WeavingGoal
 
 
 class Leg(NamedTuple):
@@ -36,24 +36,31 @@ def near(angle: float, reach: float) -> st.SearchStrategy[float]:
     return st.floats(angle - reach, angle + reach)
 
 
+def angles_near(q: Joints, reach: Sequence[float]) -> st.SearchStrategy[Joints]:
+    """Joint angles, each within its reach of one of ``q``, rad."""
+    return st.tuples(
+        near(q[0], reach[0]), near(q[1], reach[1]), near(q[2], reach[2]),
+        near(q[3], reach[3]), near(q[4], reach[4]), near(q[5], reach[5]),
+    )  # fmt: skip
+
+
 def legs(kinds: Sequence[str]) -> st.SearchStrategy[list[Leg]]:
+    """Programs of one to four moves to goals of some kinds: resting, moving, weaving."""
     leg = st.builds(
         Leg,
-        q=st.tuples(
-            near(0.2, 0.3), near(1.2, 0.2), near(-2.7, 0.2),
-            near(0.3, 0.3), near(1.0, 0.3), near(-0.2, 0.3),
-        ),
+        q=angles_near(REST, (0.3, 0.2, 0.2, 0.3, 0.3, 0.3)),
         kind=st.sampled_from(kinds),
         mode=st.sampled_from(Mode),
         transition=st.sampled_from(Transition),
         cruise=hundredths(30, 90),
         acceleration_time=hundredths(10, 30),
         wait=hundredths(0, 120),
-    )  # fmt: skip
+    )
     return st.lists(leg, min_size=1, max_size=4)
 
 
 def goal_of(leg: Leg, period_s: float) -> Goal:
+    """What a move goes to."""
     pose = direct(PUMA_260, leg.q)
     if leg.kind == "moving":
         return MovingGoal(pose @ TOOL, (0.004, -0.003, 0.002), period_s)
@@ -63,6 +70,7 @@ def goal_of(leg: Leg, period_s: float) -> Goal:
 
 
 def move_of(number: int, leg: Leg, period_s: float) -> Move:
+    """The move as the generator takes it."""
     acceleration = round(leg.acceleration_time / period_s)
     ticks = 2 * acceleration + round(leg.cruise / period_s)
     entry = leg.transition if leg.mode is Mode.CARTESIAN else Transition.JOINT
