@@ -5,6 +5,7 @@ import math
 import re
 from pathlib import Path
 
+import draw_scenes
 import pytest
 from pytest import approx
 
@@ -50,6 +51,11 @@ def test_every_place_and_tip_is_where_it_says(name: str) -> None:
         assert 1e3 * scene.tool.tip.pz == approx(float(tip[1]))
         mass = re.search(r"([\d.]+) kg", row[1])
         assert mass is not None and scene.tool.mass == approx(float(mass[1]), abs=5e-3)
+
+
+def test_every_scene_is_pictured() -> None:
+    pictured = {view.scene.partition(":")[0] for view in draw_scenes.VIEWS}
+    assert pictured == set(SCENES) - {"free"}
 
 
 @pytest.mark.parametrize(
