@@ -2,8 +2,8 @@
 
 A cycle has three parts, read in this order: ``begin_cycle`` at SYNC counts what the cycle before
 lacked and changes over to the named rows; ``step``, called after each frame, does what can be done
-with the frames so far; ``lose_cycle`` where a SYNC did not come. What a step does is the duty's
-(``duties.py``).
+with the frames so far; ``lose_cycle`` where a SYNC did not come. What a step does is the action's
+(``actions.py``).
 """
 
 import math
@@ -12,16 +12,16 @@ from typing import Final
 
 from rfms_can.errors import EncodeError, KinematicsError
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.joint_nodes.duties import DUTIES, Duty, TorqueSource
 from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import Servo, ServoTerms
+from rfms_can.joint_nodes.state_actions import STATE_ACTIONS, StateAction, TorqueSource
 from rfms_can.joint_nodes.states import Event
 from rfms_can.joint_nodes.stop_ramp import StopRamp
 from rfms_can.kinematics import Configuration, JointSolver, SphericalWrist
-from rfms_can.node.encoder import AMBIGUITY, EncoderReference
+from rfms_can.node.encoder_reference import AMBIGUITY, EncoderReference
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.setpoint.frames import setpoint_of
@@ -68,7 +68,7 @@ class JointController:
         dac, error: senders of DAC and ERROR.
 
     Attributes:
-        duty: what it does now.
+        action: what it does now.
         theta: measured joint angle, rad.
         speed: measured joint speed, rad/s.
         torque: last commanded torque, Nm.
@@ -103,7 +103,7 @@ class JointController:
         "_sink",
         "_solver",
         "_stop_distance_per_speed2",
-        "duty",
+        "action",
         "encoder",
         "homing",
         "ramp",
@@ -178,7 +178,7 @@ class JointController:
         self._decide()
         if inputs.dac_due:
             self._count_missed_cycle()
-        elif self.duty.expects_setpoint:
+        elif self.action.expects_setpoint:
             if inputs.setpoint is None:
                 node.miss(FaultCode.SETPOINT_MISSING, self._master)
             else:
@@ -192,7 +192,7 @@ class JointController:
         else:
             cause = self._master._replace(frame=node.wire.id(Rows, node.number))
             node.miss(FaultCode.ROWS_MISSING, cause)
-        inputs.begin(self.duty.owes_dac)
+        inputs.begin(self.action.owes_dac)
 
     def step(self) -> None:
         """The cycle, as far as the frames received so far allow; called after each of them."""
@@ -202,7 +202,7 @@ class JointController:
         if measure is not None and sampled:
             inputs.new_sample = False
             self._take_sample(measure)
-        source = self.duty.torque  # after the sample, which may have changed it
+        source = self.action.torque  # after the sample, which may have changed it
         if source is _SERVO:
             # 2. set-point and sample: own set-point, own error, told to the others
             if not inputs.heard & self._own_bit and measure is not None:
@@ -216,7 +216,7 @@ class JointController:
             self._drive(self._stop_torque())
         elif source is _DAMPING and sampled:
             self._drive(self.servo.damped(self.speed, self._rows.gravity))
-        elif inputs.reference is not None:  # kept only while the duty is to home, or to hold
+        elif inputs.reference is not None:  # kept only while the action is to home, or to hold
             self._home()
 
     def lose_cycle(self) -> None:
@@ -227,17 +227,17 @@ class JointController:
     # --- 1. the sample ------------------------------------------------------------------------
 
     def _take_sample(self, measure: Measure) -> None:
-        """Angle and speed from the board, watched as the duty says."""
-        ladder, duty = self._node.ladder, self.duty
+        """Angle and speed from the board, watched as the action says."""
+        ladder, action = self._node.ladder, self.action
         ladder.clear(_MEASURE_MISSING)
         speed = measure.velocity_adc * self._rate_per_code
         theta = self.encoder.angle(measure.counts)
-        if duty.bridges_encoder:
+        if action.bridges_encoder:
             if abs(theta - self.theta) > self._max_step * self._cycles_unsampled:
                 theta = self._bridge_encoder_jump(theta, speed)
             else:
                 ladder.clear(_ENCODER_GLITCH)
-        if duty.watches_range:
+        if action.watches_range:
             self._watch_range(theta, speed)
         self.theta, self.speed = theta, speed
         self._cycles_unsampled = 0
@@ -361,7 +361,7 @@ class JointController:
     @property
     def homes(self) -> bool:
         """Whether REFERENCE is used: the bus homes, and the joint searches its index or holds."""
-        return self.duty.torque in (TorqueSource.HOMING, TorqueSource.HOLD)
+        return self.action.torque in (TorqueSource.HOMING, TorqueSource.HOLD)
 
     def _home(self) -> None:
         """Homing: find the index, then hold there, while the bus homes."""
@@ -405,7 +405,7 @@ class JointController:
     def _decide(self) -> None:
         """What to do now, by the table."""
         node = self._node
-        self.duty: Duty = DUTIES[node.state][node.reaction][node.bus_state]
+        self.action: StateAction = STATE_ACTIONS[node.state][node.reaction][node.bus_state]
 
     def enter(self, state: NodeState) -> None:
         """The node's state has changed."""

@@ -152,7 +152,7 @@ class JointNode(FieldNode):
         controller = self.controller
         if controller is None:
             return
-        if not controller.duty.any_sample and self._is_stale(measure.cycle, "MEASURE"):
+        if not controller.action.any_sample and self._is_stale(measure.cycle, "MEASURE"):
             return
         inputs = self.inputs
         inputs.measure = measure
