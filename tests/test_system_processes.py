@@ -17,7 +17,7 @@ from support.system import ROOT, SHORT, TRANSFER
 from rfms_can.rig.candump import read_candump
 from rfms_can.wire.codec import DBC_VARIABLE
 from rfms_can.wire.contract import Wire
-from rfms_can.wire.nodes import JOINTS, NODE_NAMES
+from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
 from rfms_can.wire.records import Measure
 
 pytestmark = pytest.mark.processes
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.processes
 LONG_S = 20.0
 BARRIER = "0.5"
 """Longest lockstep cycle of runs in which a node fails, s: a busy machine must not miss it."""
-OTHERS = [name for name in NODE_NAMES.values() if name != "master"]
+OTHERS = [NODE_NAMES[node] for node in (*JOINTS, GRIPPER, PLANT)]
 
 Start = Callable[..., subprocess.Popen[str]]
 Health = dict[str, dict[str, Any]]
