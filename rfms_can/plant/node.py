@@ -12,6 +12,7 @@ from typing import Final
 
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
+from rfms_can.plant.brakes import Brakes
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.tables import complete
 from rfms_can.wire.configuration import plant_hash
@@ -20,9 +21,6 @@ from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, PLANT
 from rfms_can.wire.records import Dac, Estop, Force, Heartbeat, Measure, Nmt, Reference, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
-
-SILENT_CYCLES: Final = 3
-"""Cycles without a DAC frame after which the plant brakes a joint."""
 
 
 class PlantNode(Endpoint):
@@ -52,7 +50,7 @@ class PlantNode(Endpoint):
         self._synchronised = False  # SYNC comes
         self._bus_state = NodeState.PREOP
         self._arrived: list[Dac | None] = [None] * GRIPPER
-        self._silent = [SILENT_CYCLES] * GRIPPER
+        self._brakes = Brakes(GRIPPER)
         self._codes = [0] * GRIPPER
         self._force_codes = [0] * len(JOINTS)
         self._measures = [self._sends(Measure, n) for n in (*JOINTS, GRIPPER)]
@@ -102,7 +100,7 @@ class PlantNode(Endpoint):
         """Integrate the period that ends now, latch the codes received in it, sample."""
         if self._started:
             self.physics.jaw.set_motor_current(self._codes[GRIPPER - 1])
-            brakes = [silent >= SILENT_CYCLES for silent in self._silent[: len(JOINTS)]]
+            brakes = [self._brakes.closed(index) for index in range(len(JOINTS))]
             self.physics.step_period(self._codes[: len(JOINTS)], self._force_codes, brakes)
         self._started = True
         self._latch()
@@ -115,11 +113,10 @@ class PlantNode(Endpoint):
         """Apply the received codes; a joint without a frame keeps its codes."""
         for index, dac in enumerate(self._arrived):
             if dac is None:
-                self._silent[index] += 1
-                if self._silent[index] == SILENT_CYCLES:
+                if self._brakes.miss(index):
                     self._power_off(index)  # no current against a closed brake
                 continue
-            self._silent[index] = 0
+            self._brakes.release(index)
             self._codes[index] = dac.current_dac
             if index < len(JOINTS):
                 self._force_codes[index] = dac.force_dac
@@ -135,7 +132,7 @@ class PlantNode(Endpoint):
         """MEASURE of every board, FORCE with a sensor; REFERENCE too while the bus homes."""
         physics, out = self.physics, self._out
         for index, (counts, current, velocity, index_seen) in enumerate(physics.sample()):
-            braked = self._silent[index] >= SILENT_CYCLES
+            braked = self._brakes.closed(index)
             out.append(
                 self._measures[index].frame(counts, current, velocity, low, index_seen, braked)
             )
@@ -182,7 +179,7 @@ class PlantNode(Endpoint):
             self._stopped = True
             for index in range(GRIPPER):
                 self._power_off(index)
-            self._silent = [SILENT_CYCLES] * GRIPPER
+            self._brakes.close_all()
             self._arrived = [None] * GRIPPER
 
 
