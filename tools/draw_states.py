@@ -87,8 +87,8 @@ def render() -> str:
             diagram(NODE),
             "The safety ladder: after how many cycles in a row a fault leads to which reaction.",
             ladders(),
-            "What a joint does (`rfms_can/joint_nodes/state_actions.py`), by its state, its reaction "
-            "and the state in SYNC.",
+            "What a joint does (`rfms_can/joint_nodes/state_actions.py`), by its state, its "
+            "reaction and the state in SYNC.",
             actions(),
             "## The master (`rfms_can/master/phases.py`)",
             diagram(PHASES),
