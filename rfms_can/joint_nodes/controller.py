@@ -29,7 +29,16 @@ from rfms_can.transform import Transform
 from rfms_can.wire.configuration import Kinematics, geometry_rows
 from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
-from rfms_can.wire.records import Dac, JointError, Measure, Reference, Rows, Setpoint, Sync
+from rfms_can.wire.records import (
+    Dac,
+    JointAngles,
+    JointError,
+    Measure,
+    Reference,
+    Rows,
+    Setpoint,
+    Sync,
+)
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 STEP_MARGIN: Final = 1.5
@@ -278,7 +287,10 @@ class JointController:
             return
         before, rate_before = trajectory.theta + self._displacement, trajectory.rate
         cartesian = setpoint_of(setpoint, inputs.second_setpoint)
-        theta = trajectory.tick(cartesian, self._solve_with(cartesian))
+        solve: Solve = self._solver.solve
+        if inputs.joint_setpoint is not None:
+            solve = self._solve_with(inputs.joint_setpoint, cartesian)
+        theta = trajectory.tick(cartesian, solve)
         if math.isnan(theta):
             return  # refused as a whole: counted as a missing set-point at the next SYNC
         displacement = inputs.displacement or 0.0
@@ -303,11 +315,9 @@ class JointController:
         node.send(frame)
         inputs.take_error(self._index, error, rate, acceleration)
 
-    def _solve_with(self, setpoint: CartesianSetpoint) -> Solve:
-        """What solves the joint's angle of each pose: JOINT_SETPOINT where it has it, else T6."""
-        first, second = self._inputs.joint_setpoint, self._inputs.second_joint_setpoint
-        if first is None:
-            return self._solver.solve
+    def _solve_with(self, first: JointAngles, setpoint: CartesianSetpoint) -> Solve:
+        """What gives the joint's angle of each pose: JOINT_SETPOINT if it has its bit, else T6."""
+        second = self._inputs.second_joint_setpoint
         index, own_bit, solver = self._index, self._own_bit, self._solver
         for given in (first, second):
             if given is not None and given.joints & _WRIST_JOINT:
