@@ -163,7 +163,7 @@ def own_payloads(log: Path, foreign: tuple[str, ...]) -> list[list[tuple[object,
             if identifier in beats:
                 beat = beats[identifier].decoder.codec.unpack(data)
                 assert beat is not None
-                payloads.append((identifier, *beat[:-1]))
+                payloads.append((identifier, *beat._replace(discarded=0)))
             elif (identifier, data) not in aliens:
                 payloads.append((identifier, data))
         cycles.append(payloads)
