@@ -4,7 +4,7 @@
 VENV := $(or $(RFMS_VENV),.venv)
 PIP := $(VENV)/bin/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test check clean
+.PHONY: demo test check generated clean
 
 demo: $(VENV)/.installed
 	@$(VENV)/bin/rfms demo
@@ -14,6 +14,12 @@ test: $(VENV)/.installed-dev
 
 check: $(VENV)/.installed-dev
 	@$(VENV)/bin/python tools/run_tests.py --check
+
+# What is made from the wire contract, the state tables and the verbs, in order; a few seconds.
+generated: $(VENV)/.installed-dev
+	@for tool in make_dbc draw_wire draw_states draw_cli draw_link draw_candump; do \
+	    $(VENV)/bin/python tools/$$tool.py || exit 1; \
+	done
 
 clean:
 	rm -rf build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

@@ -3,20 +3,15 @@
 import re
 from pathlib import Path
 
+import draw_candump
 import pytest
+from generated import with_section
 
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
-from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings
-from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire.contract import Wire
-from rfms_can.wire.frame import Frame
-from rfms_can.wire.records import Sync
 
 ROOT = Path(__file__).parents[1]
-CYCLES = (718, 719)
-"""Those of the README's candump."""
 PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")]
 
 
@@ -40,28 +35,7 @@ def test_the_program_of_the_readme_runs(tmp_path: Path) -> None:
 
 @pytest.mark.system
 def test_the_candump_of_the_readme_is_what_a_run_sends() -> None:
-    """Joint 5 for two cycles of the transfer."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    printed = re.findall(r"^  vcan0  ([0-9A-F]{3})  \[\d\d\]  ([0-9A-F ]+)$", text, re.MULTILINE)
-    identifiers = {int(identifier, 16) for identifier, _ in printed}
-    codec = Wire().codec(Sync)
-    sent: list[tuple[str, str]] = []
-    cycle = 0
-
-    def look(_: int, frame: Frame) -> None:
-        nonlocal cycle
-        if frame.id == codec.id:
-            sync = codec.unpack(frame.data)
-            assert sync is not None
-            cycle = sync.cycle
-        if cycle in CYCLES and frame.id in identifiers:
-            sent.append((f"{frame.id:03X}", frame.data.hex(" ").upper()))
-
-    program = load_program(ROOT / "examples" / "transfer.py")
-
-    def watch(rig: Rig) -> None:
-        assert isinstance(rig, SimulatedRig)
-        rig.observe(look)
-
-    execute(program, RunSettings(), watch=watch)
-    assert printed == sent
+    written = with_section(text, "draw_candump.py", draw_candump.render())
+    assert written == text, "run python tools/draw_candump.py"
+    assert len(re.findall(r"^  vcan0  ", text, re.MULTILINE)) == 8

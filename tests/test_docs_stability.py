@@ -8,6 +8,7 @@ import pytest
 from support.command_line import Rfms
 
 from rfms_can.analysis.stability import largest_frequency
+from rfms_can.compliance import LAWS
 from rfms_can.master.rows.math_processor import COMPLIANT_DAMPING
 
 PAGE = (Path(__file__).parents[1] / "docs" / "stability.md").read_text(encoding="utf-8")
@@ -16,6 +17,10 @@ EXAMPLES = [
     for block in re.findall(r"```console\n(.*?)```", PAGE, re.DOTALL)
     for example in re.findall(r"\$ rfms (.*)\n((?:[^$].*\n)*)", block)
 ]
+
+
+def test_every_law_is_named() -> None:
+    assert [law.value for law in LAWS if f"`{law.value}`" not in PAGE] == []
 
 
 def test_the_page_has_examples() -> None:

@@ -134,6 +134,7 @@ def test_a_node_that_has_not_booted_takes_no_offence_at_another_dbc(wire: Wire) 
 def test_emergency_stop_ends_torque_at_once(bench: JointBench) -> None:
     answers = bench.say(Estop, None, *ESTOP_VALUES)
     assert [h.name for h in answers] == ["EMCY_2", "DAC_2"]
+    assert [e.fault for e in bench.emergencies(answers)] == [FaultCode.EMERGENCY_STOP]
     assert bench.dacs(answers)[0].current_dac == 0
     assert bench.state is NodeState.FAULT
     assert bench.say(Estop, None, *ESTOP_VALUES) == []

@@ -18,8 +18,9 @@ import mujoco
 from rich.console import Console
 from rich.table import Table
 
-from rfms_can.arm import arm_by_name, friction_set
+from rfms_can.arm import ARMS, arm_by_name, friction_set
 from rfms_can.coordinator import Arm, Transform
+from rfms_can.dynamics.model import KINDS
 from rfms_can.kinematics import InverseKinematics, configuration_of, direct
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.plant.arm_model import ArmModel
@@ -229,8 +230,8 @@ def main() -> None:
     parser.add_argument("--cycles", type=int, default=1000, help="cycles in a run")
     parser.add_argument("--runs", type=int, default=5, help="runs; medians are printed")
     parser.add_argument("--json", action="store_true", help="one JSON object")
-    parser.add_argument("--arm", default="puma260", help="puma260 | puma560")
-    parser.add_argument("--dynamics", default="full", help="full | simplified | none")
+    parser.add_argument("--arm", default="puma260", help=" | ".join(ARMS))
+    parser.add_argument("--dynamics", default="full", help=" | ".join(KINDS))
     parser.add_argument("--calibration", default="", help="what rfms identify has written")
     options = parser.parse_args()
     settings = RunSettings(

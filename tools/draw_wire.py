@@ -6,8 +6,7 @@ from generated import main, table
 from make_dbc import E2E, Message, Signal, Template
 
 from rfms_can.bus.timing import BusTiming
-from rfms_can.wire.configuration import PARAMETERS
-from rfms_can.wire.vocabulary import Parameter
+from rfms_can.wire.configuration import LATER, PARAMETERS
 
 TEMPLATE = Template()
 TIMING = BusTiming()
@@ -100,10 +99,6 @@ def render() -> str:
         ]
     parts += ["## Parameters", parameters()]
     return "\n\n".join(parts)
-
-
-LATER = range(Parameter.FOLLOWING_ERROR_LIMIT, Parameter.HOMING_TIME + 1)
-"""Bounds that no node acts on yet."""
 
 
 def parameters() -> str:

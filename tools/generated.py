@@ -30,7 +30,7 @@ def with_section(text: str, tool: str, section: str) -> str:
 
 
 def main(tool: str, file: str, render: Callable[[], str]) -> None:
-    """Write the section, or with ``--check`` exit 1 if it is not up to date."""
+    """Write the section of a page of docs/, or with ``--check`` exit 1 if it is not up to date."""
     parser = argparse.ArgumentParser(description=f"Write the generated part of docs/{file}.")
     parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if it is old")
     check: bool = parser.parse_args().check

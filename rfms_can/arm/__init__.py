@@ -17,6 +17,7 @@ from rfms_can.errors import ArmError
 
 __all__ = [
     "ARMS",
+    "FRICTION_SETS",
     "JOINT_COUNT",
     "PUMA_260",
     "PUMA_560",
@@ -35,6 +36,12 @@ __all__ = [
 ]
 
 ARMS: Final[Mapping[str, Arm]] = MappingProxyType({arm.name: arm for arm in (PUMA_260, PUMA_560)})
+"""All arms there are, by name: an arm that is not in it does not exist for any program."""
+
+FRICTION_SETS: Final = tuple(
+    dict.fromkeys(name for arm in ARMS.values() for name in arm.friction_sets)
+)
+"""Names of the friction sets of all arms."""
 
 
 def arm_by_name(name: str) -> Arm:

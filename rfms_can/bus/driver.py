@@ -5,8 +5,8 @@
 
 import logging
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
 
 import can
 
@@ -15,8 +15,9 @@ from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.node_driver import NodeDriver, run_node
 from rfms_can.bus.port import LONGEST_WAIT_S, OnForeign, Port
 from rfms_can.bus.socketcan_port import SocketCanPort
-from rfms_can.bus.url import HUB, SIM, SOCKETCAN, BusUrl, parse_bus_url
+from rfms_can.bus.url import HUB, OWN, SIM, SOCKETCAN, BusUrl, parse_bus_url
 from rfms_can.errors import BusError, FrameError
+from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
 
 # python-can logs the errors that it also raises: without a handler they would be printed twice
@@ -58,25 +59,37 @@ def open_port(
         BusError: the URL is invalid, or the bus does not exist; the message says what to do.
     """
     bus = parse_bus_url(url)
-    if bus.interface == SIM:
-        raise BusError(
-            "bus 'sim' exists within one process: nodes of their own processes meet on a hub "
-            "(rfms hub NAME, then hub:NAME) or on a CAN interface"
-        )
-    if bus.interface == HUB:
-        return HubPort(bus.channel, accepts, client=client, echo=echo, on_foreign=on_foreign)
-    if bus.interface == SOCKETCAN:
-        return _open_socketcan(bus, accepts, echo, on_foreign)
-    return PythonCanPort(_open_python_can(bus, echo), url, accepts, on_foreign)
+    wanted = _Wanted(accepts, client, echo, on_foreign)
+    return _OPEN.get(bus.interface, _open_python_can)(bus, wanted)
 
 
-def _open_socketcan(
-    bus: BusUrl, accepts: frozenset[int] | None, echo: bool, on_foreign: OnForeign | None
-) -> SocketCanPort:
+class _Wanted(NamedTuple):
+    """What a port shall do; see ``open_port``."""
+
+    accepts: frozenset[int] | None
+    client: str
+    echo: bool
+    on_foreign: OnForeign | None
+
+
+def _refuse_simulated(_bus: BusUrl, _wanted: _Wanted) -> Port:
+    raise BusError(
+        "bus 'sim' exists within one process: nodes of their own processes meet on a hub "
+        "(rfms hub NAME, then hub:NAME) or on a CAN interface"
+    )
+
+
+def _open_hub(bus: BusUrl, wanted: _Wanted) -> HubPort:
+    accepts, client, echo, on_foreign = wanted
+    return HubPort(bus.channel, accepts, client=client, echo=echo, on_foreign=on_foreign)
+
+
+def _open_socketcan(bus: BusUrl, wanted: _Wanted) -> SocketCanPort:
     # not can.Bus, which reads configuration files that may select another interface
     from can.interfaces.socketcan import SocketcanBus  # noqa: PLC0415 (Linux only)
 
     device = bus.channel
+    accepts, _, echo, on_foreign = wanted
     filters: list[can.typechecking.CanFilter] | None = None
     if accepts is not None:
         filters = [
@@ -96,12 +109,12 @@ def _open_socketcan(
     return SocketCanPort(opened.socket, device, on_foreign, opened.shutdown)
 
 
-def _open_python_can(bus: BusUrl, echo: bool) -> can.BusABC:
+def _open_python_can(bus: BusUrl, wanted: _Wanted) -> "PythonCanPort":
     arguments: dict[str, Any] = {"fd": True, **bus.options}
-    if echo:
+    if wanted.echo:
         arguments["receive_own_messages"] = True
     try:
-        return can.Bus(
+        opened = can.Bus(
             channel=bus.channel, interface=bus.interface, ignore_config=True, **arguments
         )
     except _OPENING_FAILS as error:
@@ -110,6 +123,13 @@ def _open_python_can(bus: BusUrl, echo: bool) -> can.BusABC:
             f"bus '{bus}' cannot be opened: {error}. Check the channel, the device and its "
             f"driver; python-can's interfaces are {known}"
         ) from error
+    return PythonCanPort(opened, bus.text, wanted.accepts, wanted.on_foreign)
+
+
+_OPEN: Final[dict[str, Callable[[BusUrl, _Wanted], Port]]] = complete(
+    {SIM: _refuse_simulated, HUB: _open_hub, SOCKETCAN: _open_socketcan}, OWN
+)
+"""How a port on each of our own buses is opened."""
 
 
 class PythonCanPort:

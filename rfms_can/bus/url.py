@@ -24,6 +24,8 @@ from rfms_can.errors import BusError
 SIM: Final = "sim"
 HUB: Final = "hub"
 SOCKETCAN: Final = "socketcan"
+OWN: Final = (SIM, HUB, SOCKETCAN)
+"""Buses of our own; any other word is an interface of python-can."""
 
 GRAMMAR: Final = "sim | hub:NAME | socketcan:DEVICE | INTERFACE:CHANNEL[?KEY=VALUE&...]"
 EXAMPLE: Final = "kvaser:0?bitrate=1000000&data_bitrate=5000000"
@@ -40,7 +42,7 @@ class BusUrl:
 
     Attributes:
         text: as given.
-        interface: ``sim``, ``hub``, ``socketcan`` or a python-can interface.
+        interface: one of ``OWN``, or a python-can interface.
         channel: hub name, device or channel; empty for ``sim``.
         options: further arguments of a python-can interface.
     """
@@ -68,7 +70,7 @@ def parse_bus_url(text: str) -> BusUrl:
         raise _refusal(text, "it names no channel" if interface else "it names no interface")
     if not _INTERFACE.fullmatch(interface) or interface == SIM:
         raise _refusal(text, f"{interface!r} is not an interface with a channel")
-    if interface in (HUB, SOCKETCAN) and question:
+    if interface in OWN and question:
         raise _refusal(text, f"{interface} takes no options")
     if interface == SOCKETCAN and not _DEVICE.fullmatch(channel):
         raise _refusal(text, f"{channel!r} is not a network device name")

@@ -19,6 +19,7 @@ import msgspec
 import typer
 
 from rfms_can.arm import Arm, arm_by_name
+from rfms_can.cli.options import ARM_WORDS
 from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import Configuration, InverseKinematics, direct, jacobian
 from rfms_can.transform import RIGID_TOLERANCE, Transform
@@ -67,7 +68,7 @@ _decode_pose: Final = msgspec.json.Decoder(_PoseLine).decode
 
 def kin(
     verb: Annotated[Verb, typer.Argument(help="fk: q to T6; ik: T6 to q; jacobian: q to J.")],
-    arm: Annotated[str, typer.Option(help="The arm, e.g. puma260 or puma560.")] = "puma260",
+    arm: Annotated[str, typer.Option(help=ARM_WORDS)] = "puma260",
 ) -> None:
     """Answer kinematics questions, one JSON line in, one JSON line out.
 

@@ -4,46 +4,64 @@ import dataclasses
 import functools
 import inspect
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from enum import IntEnum
 from pathlib import Path
 from types import MappingProxyType, NoneType
 from typing import Annotated, Any, Final, get_args, get_type_hints
 
 import typer
 
+from rfms_can.arm import ARMS, FRICTION_SETS
+from rfms_can.bus.url import GRAMMAR
+from rfms_can.compliance import LAWS
+from rfms_can.dynamics.model import KINDS
 from rfms_can.errors import RfmsError
-from rfms_can.rig.settings import RunSettings, SettingsError
+from rfms_can.master.settings import CLOCKS
+from rfms_can.plant.scene.catalogue import SCENES
+from rfms_can.plant.variant import WORDS as PLANTS
+from rfms_can.plant.wrist_sensor import NO_SENSOR, SENSORS
+from rfms_can.rig.settings import FORCE_LOOPS, RunSettings, SettingsError
+from rfms_can.wire.vocabulary import Blend
 
 CONFIG_FILE = Path("rfms.toml")
 
-ArmOption = Annotated[str | None, typer.Option("--arm", help="puma260 | puma560")]
-BusOption = Annotated[
-    str | None,
-    typer.Option("--bus", help="sim | hub:NAME | socketcan:DEVICE | INTERFACE:CHANNEL[?KEY=VALUE]"),
-]
+
+def words(choices: Iterable[str]) -> str:
+    """The words that exist, from the table that defines them, as help shows them."""
+    return " | ".join(choices)
+
+
+def _names(kinds: Iterable[IntEnum]) -> str:
+    return words(kind.name.lower() for kind in kinds)
+
+
+ARM_WORDS: Final = words(ARMS)
+
+ArmOption = Annotated[str | None, typer.Option("--arm", help=ARM_WORDS)]
+BusOption = Annotated[str | None, typer.Option("--bus", help=GRAMMAR)]
 ClockOption = Annotated[
-    str | None, typer.Option("--clock", help="virtual | lockstep | realtime; by the bus if absent")
+    str | None, typer.Option("--clock", help=f"{_names(CLOCKS)}; by the bus if absent")
 ]
 RateOption = Annotated[float | None, typer.Option("--rate", help="control rate, Hz")]
 FrictionOption = Annotated[
-    str | None, typer.Option("--friction", help="friction of the plant: corke | thesis | none")
+    str | None,
+    typer.Option("--friction", help=f"friction of the plant: {words(FRICTION_SETS)}"),
 ]
 PlantOption = Annotated[
     str | None,
-    typer.Option("--plant", help="nominal | table41 | perturbed:SEED | rewired:SEED, or one +load"),
+    typer.Option("--plant", help=f"{words(PLANTS)}, or one +load"),
 ]
 ServoFrictionOption = Annotated[
     str | None, typer.Option("--servo-friction", help="friction the servos compensate")
 ]
 DynamicsOption = Annotated[
-    str | None, typer.Option("--dynamics", help="model compensated: full | simplified | none")
+    str | None, typer.Option("--dynamics", help=f"model compensated: {words(KINDS)}")
 ]
 CalibrationOption = Annotated[
     str | None, typer.Option("--calibration", help="calibration file written by rfms identify")
 ]
-BlendOption = Annotated[
-    str | None, typer.Option("--blend", help="transitions: continuous | thesis")
-]
+BlendOption = Annotated[str | None, typer.Option("--blend", help=f"transitions: {_names(Blend)}")]
 BarrierOption = Annotated[float | None, typer.Option("--barrier", help="longest lockstep cycle, s")]
 PatienceOption = Annotated[
     float | None, typer.Option("--patience", help="timeout for nodes to appear, s")
@@ -55,12 +73,12 @@ SceneOption = Annotated[
     str | None,
     typer.Option(
         "--scene",
-        help="tool and fixtures: free | peg | surface | curved | corner, with "
-        "NAME:KEY=VALUE,... to displace it",
+        help=f"tool and fixtures: {words(SCENES)}, with NAME:KEY=VALUE,... to displace it",
     ),
 ]
 SensorOption = Annotated[
-    str | None, typer.Option("--sensor", help="at the wrist: none | ideal | good")
+    str | None,
+    typer.Option("--sensor", help=f"at the wrist: {words((NO_SENSOR, *SENSORS))}"),
 ]
 ConfigOption = Annotated[
     Path | None, typer.Option("--config", help="TOML file with a [run] table; default rfms.toml")
@@ -73,14 +91,11 @@ RecordOption = Annotated[
 
 LawOption = Annotated[
     str | None,
-    typer.Option(
-        "--law",
-        help="control law: position | stiffness | free-joint | raibert-craig | hybrid | weighted",
-    ),
+    typer.Option("--law", help=f"control law: {words(law.value for law in LAWS)}"),
 ]
 ForceLoopOption = Annotated[
     str | None,
-    typer.Option("--force-loop", help="open | closed; by default closed with a sensor"),
+    typer.Option("--force-loop", help=f"{words(FORCE_LOOPS)}; by default closed with a sensor"),
 ]
 DitherOption = Annotated[
     float | None,

@@ -24,7 +24,8 @@ from rfms_can.analysis.stability import (
     random_poses,
     survey,
 )
-from rfms_can.arm import arm_by_name
+from rfms_can.arm import FRICTION_SETS, arm_by_name
+from rfms_can.cli.options import ARM_WORDS, words
 from rfms_can.cli.stability_report import as_plain, print_pose, print_survey
 from rfms_can.compliance import Selection
 from rfms_can.errors import RfmsError
@@ -40,7 +41,7 @@ FARTHEST_TOOL: Final = 10.0
 
 def stability(
     *,
-    arm: Annotated[str, typer.Option(help="puma260 | puma560")] = "puma560",
+    arm: Annotated[str, typer.Option(help=ARM_WORDS)] = "puma560",
     word: Annotated[
         str, typer.Option(help="compliant directions, of fx fy fz rx ry rz")
     ] = "fx fy rx ry",
@@ -68,7 +69,7 @@ def stability(
         float, typer.Option(help="damping of the compliant directions, 1/s")
     ] = 0.0,
     friction: Annotated[
-        str, typer.Option(help="viscous friction of the plant: corke | thesis | none")
+        str, typer.Option(help=f"viscous friction of the plant: {words(FRICTION_SETS)}")
     ] = "none",
     diagonal: Annotated[
         bool, typer.Option("--diagonal", help="the thesis' plant: constant diagonal inertia")

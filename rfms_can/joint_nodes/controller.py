@@ -15,7 +15,6 @@ from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
-from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import Servo, ServoTerms
 from rfms_can.joint_nodes.state_actions import STATE_ACTIONS, StateAction, TorqueSource
 from rfms_can.joint_nodes.states import Event
@@ -267,15 +266,15 @@ class JointController:
     def _watch_range(self, theta: float, speed: float) -> None:
         """Joint range: beyond it torque goes off; where only a stop now can keep it, stop."""
         if not self._range_min <= theta <= self._range_max:
-            self._leave_range(Reaction.OFF, FaultCode.HARD_LIMIT, theta)
+            self._leave_range(FaultCode.HARD_LIMIT, theta)
             return
         rest = theta + speed * abs(speed) * self._stop_distance_per_speed2
         if not self._range_min <= rest <= self._range_max:
-            self._leave_range(Reaction.STOP, FaultCode.SOFT_LIMIT, rest)
+            self._leave_range(FaultCode.SOFT_LIMIT, rest)
 
-    def _leave_range(self, reaction: Reaction, fault: FaultCode, angle: float) -> None:
+    def _leave_range(self, fault: FaultCode, angle: float) -> None:
         bound = self._range_min if angle < self._range_min else self._range_max
-        self._node.react(reaction, fault, Cause(self._node.number, bound=bound), angle)
+        self._node.trip(fault, Cause(self._node.number, bound=bound), angle)
 
     # --- 2. own set-point and error -----------------------------------------------------------
 
@@ -383,7 +382,7 @@ class JointController:
         if homing.found is False:
             identifier = node.wire.id(Reference, node.number)
             cause = self._board._replace(frame=identifier, bound=AMBIGUITY)
-            node.react(Reaction.OFF, FaultCode.HOMING_FAILED, cause, self.encoder.residual)
+            node.trip(FaultCode.HOMING_FAILED, cause, self.encoder.residual)
             return
         if homing.found and node.state is NodeState.HOMING:
             node.change(Event.HOMED)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Final, NamedTuple, Protocol
 
 from rfms_can.errors import KinematicsError
-from rfms_can.joint_nodes.ladder import Ladder, Reaction, rung
+from rfms_can.joint_nodes.ladder import LADDERS, Ladder, Reaction, rung
 from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
@@ -177,9 +177,14 @@ class FieldNode(Endpoint):
             if value is None:
                 value = float(self.ladder.misses[fault])
                 cause = cause._replace(bound=float(rung(fault, reaction)))
-            self.react(reaction, fault, cause, value)
+            self._react(reaction, fault, cause, value)
 
-    def react(self, reaction: Reaction, fault: FaultCode, cause: Cause, value: float) -> None:
+    def trip(self, fault: FaultCode, cause: Cause, value: float) -> None:
+        """A fault that happens at once: go to the one step of its ladder, in any state."""
+        ((_, reaction),) = LADDERS[fault]
+        self._react(reaction, fault, cause, value)
+
+    def _react(self, reaction: Reaction, fault: FaultCode, cause: Cause, value: float) -> None:
         """Go at least as far up the ladder as ``reaction``; arguments as with ``miss``."""
         self.faults[fault] += 1
         if reaction <= Reaction.HOLD or reaction <= self.reaction:
@@ -228,7 +233,7 @@ class FieldNode(Endpoint):
             self.ignored["SYNC with another DBC"] += 1
         else:
             cause = Cause(MASTER, self.wire.id(Sync), float(self.wire.dbc_hash))
-            self.react(Reaction.OFF, FaultCode.DBC_MISMATCH, cause, float(sync.dbc_hash))
+            self.trip(FaultCode.DBC_MISMATCH, cause, float(sync.dbc_hash))
 
     def _on_master(self, beat: Heartbeat) -> None:
         """A master that has started again counts from 0; not one beside the master that runs."""
@@ -271,7 +276,7 @@ class FieldNode(Endpoint):
 
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES and self.state is not NodeState.INIT:
-            self.react(Reaction.OFF, FaultCode.EMERGENCY_STOP, Cause(), 0.0)
+            self.trip(FaultCode.EMERGENCY_STOP, Cause(), 0.0)
 
     def _on_config(self, config: Config) -> None:
         status, digest = ConfigStatus.TAKEN, 0

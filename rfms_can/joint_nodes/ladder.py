@@ -1,11 +1,14 @@
-"""The safety ladder: how many cycles may miss something, and what happens then (PROTOCOL 3).
+"""The safety ladder: for each fault, how many cycles in a row it may last, and what happens then.
 
-Each node climbs its own ladder; safety never depends on the master being alive.
+Each node climbs its own ladder; safety never depends on the master being alive. A fault that lasts
+is counted cycle by cycle (``FieldNode.miss``); one that happens at once (``FieldNode.trip``) has
+one step, at its first cycle.
 """
 
 from enum import IntEnum
 from typing import Final
 
+from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import FaultCode
 
 
@@ -21,26 +24,38 @@ class Reaction(IntEnum):
 
 Steps = tuple[tuple[int, Reaction], ...]
 
-LADDERS: Final[dict[FaultCode, Steps]] = {
-    # 12 ms and 20 ms at 250 Hz (the 20-packet and 20 ms rules of today's arms), 100 ms (moteus).
-    FaultCode.SYNC_MISSING: (
-        (1, Reaction.HOLD),
-        (3, Reaction.STOP),
-        (5, Reaction.DAMP),
-        (25, Reaction.OFF),
-    ),
-    FaultCode.SETPOINT_MISSING: (
-        (1, Reaction.HOLD),
-        (3, Reaction.STOP),
-        (5, Reaction.DAMP),
-        (25, Reaction.OFF),
-    ),
-    FaultCode.MEASURE_MISSING: ((1, Reaction.HOLD), (3, Reaction.OFF)),
-    FaultCode.ERROR_MISSING: ((1, Reaction.HOLD), (3, Reaction.STOP)),
-    FaultCode.ROWS_MISSING: ((1, Reaction.HOLD), (3, Reaction.STOP)),
-    FaultCode.SETPOINT_STEP: ((1, Reaction.STOP),),
-    FaultCode.ENCODER_GLITCH: ((1, Reaction.HOLD), (3, Reaction.STOP)),
-}
+LADDERS: Final[dict[FaultCode, Steps]] = complete(
+    {
+        # 12 ms and 20 ms at 250 Hz (the 20-packet and 20 ms rules of today's arms), 100 ms (moteus)
+        FaultCode.SYNC_MISSING: (
+            (1, Reaction.HOLD),
+            (3, Reaction.STOP),
+            (5, Reaction.DAMP),
+            (25, Reaction.OFF),
+        ),
+        FaultCode.SETPOINT_MISSING: (
+            (1, Reaction.HOLD),
+            (3, Reaction.STOP),
+            (5, Reaction.DAMP),
+            (25, Reaction.OFF),
+        ),
+        FaultCode.MEASURE_MISSING: ((1, Reaction.HOLD), (3, Reaction.OFF)),
+        FaultCode.ERROR_MISSING: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+        FaultCode.ROWS_MISSING: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+        FaultCode.SETPOINT_STEP: ((1, Reaction.STOP),),
+        FaultCode.ENCODER_GLITCH: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+        FaultCode.SOFT_LIMIT: ((1, Reaction.STOP),),
+        FaultCode.HARD_LIMIT: ((1, Reaction.OFF),),
+        FaultCode.HOMING_FAILED: ((1, Reaction.OFF),),
+        FaultCode.DBC_MISMATCH: ((1, Reaction.OFF),),
+        FaultCode.EMERGENCY_STOP: ((1, Reaction.OFF),),
+    },
+    [fault for fault in FaultCode if fault is not FaultCode.NONE],
+)
+
+
+COUNTS: Final = max(FaultCode) + 1
+"""Length of a list indexed by fault code."""
 
 
 def rung(fault: FaultCode, reaction: Reaction) -> int:
@@ -58,7 +73,7 @@ class Ladder:
     __slots__ = ("misses",)
 
     def __init__(self) -> None:
-        self.misses = [0] * len(FaultCode)
+        self.misses = [0] * COUNTS
 
     def miss(self, fault: FaultCode) -> Reaction:
         """One more cycle with the fault; the reaction it has reached."""
@@ -75,4 +90,4 @@ class Ladder:
 
     def reset(self) -> None:
         """Back to the ground, after RESET or START."""
-        self.misses = [0] * len(FaultCode)
+        self.misses = [0] * COUNTS

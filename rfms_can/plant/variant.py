@@ -33,7 +33,6 @@ NOISY: Final = BoardErrors(
 )  # P: the printed A_c and B_c overflow the converter (see Board)
 SEPARATOR: Final = ":"
 WITH_LOAD: Final = "+load"
-NAMES: Final = "nominal, table41, perturbed:SEED, rewired:SEED, each with +load or without"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +104,8 @@ def make_variant(name: str, arm: Arm, friction: str) -> Variant:
     word, given, seed = kind.partition(SEPARATOR)
     make = _KINDS.get((word, bool(given)))
     if rest or make is None or (given and not (seed.isascii() and seed.isdecimal())):
-        raise PlantError(f"no plant {name!r}; there are: {NAMES}; SEED is a whole number")
+        names = f"{', '.join(WORDS)}, each with {WITH_LOAD} or without"
+        raise PlantError(f"no plant {name!r}; there are: {names}; SEED is a whole number")
     variant = make(as_built(arm, friction), int(seed or 0))
     return replace(variant, name=name, load=known_load(arm) if loaded else NOTHING)
 
@@ -169,7 +169,10 @@ def _heavier(link: Link, factor: float) -> Link:
 _KINDS: Final[dict[tuple[str, bool], Callable[[Variant, int], Variant]]] = {
     ("nominal", False): _nominal,
     ("table41", False): _table41,
-    ("rewired", True): _rewired,
     ("perturbed", True): _perturbed,
+    ("rewired", True): _rewired,
 }
 """By name, and whether a seed follows."""
+
+WORDS: Final = tuple(f"{word}{SEPARATOR}SEED" if seeded else word for word, seeded in _KINDS)
+"""The plants that exist, as they are called."""

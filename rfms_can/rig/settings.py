@@ -26,6 +26,10 @@ Kind = TypeVar("Kind", bound=IntEnum)
 
 LONGEST_S: Final = 3600.0
 """Longest barrier and patience, s."""
+OPEN: Final = "open"
+CLOSED: Final = "closed"
+FORCE_LOOPS: Final = (OPEN, CLOSED)
+"""Whether the force loop is closed over the wrist sensor."""
 
 
 class SettingsError(RfmsError, ValueError):
@@ -112,16 +116,16 @@ class RunSettings:
         BusTiming(self.bit_rate, self.data_bit_rate)
 
     def _check_force(self) -> None:
-        words = [law.value for law in ControlLaw]
+        words = [law.value for law in LAWS]
         if self.law not in words:
             raise SettingsError(f"law {self.law!r} does not exist; there are: {', '.join(words)}")
         if self.dynamics == NONE and LAWS[ControlLaw(self.law)].needs_model:
             raise SettingsError(
                 f"law {self.law!r} needs a model of the arm: with dynamics 'none' take law 'hybrid'"
             )
-        if self.force_loop not in ("", "open", "closed"):
-            raise SettingsError(f"force loop {self.force_loop!r}: it is open or closed")
-        if self.force_loop == "closed" and self.sensor == NO_SENSOR:
+        if self.force_loop and self.force_loop not in FORCE_LOOPS:
+            raise SettingsError(f"force loop {self.force_loop!r}: it is {' or '.join(FORCE_LOOPS)}")
+        if self.force_loop == CLOSED and self.sensor == NO_SENSOR:
             raise SettingsError("force loop 'closed' needs a wrist sensor: add --sensor good")
         if not 0.0 <= self.dither <= 1.0:
             raise SettingsError(f"dither must be a fraction from 0 to 1, got {self.dither:g}")
@@ -179,7 +183,7 @@ class RunSettings:
             paced=paced,
             law=ControlLaw(self.law),
             sensor=self.sensor != NO_SENSOR,
-            closed=self.sensor != NO_SENSOR and self.force_loop != "open",
+            closed=self.sensor != NO_SENSOR and self.force_loop != OPEN,
             dither=self.dither,
         )
 

@@ -132,6 +132,19 @@ PARAMETERS: Final[dict[Parameter, ParameterRange]] = complete(
 GRIPPER_PARAMETERS: Final = frozenset(p for p, known in PARAMETERS.items() if known.gripper)
 """Those the gripper needs."""
 
+LATER: Final = frozenset(
+    (
+        Parameter.FOLLOWING_ERROR_LIMIT,
+        Parameter.OVERSPEED_LIMIT,
+        Parameter.TACHOMETER_LIMIT,
+        Parameter.CONTINUOUS_TORQUE,
+        Parameter.OVERLOAD_TIME,
+        Parameter.STALL_TIME,
+        Parameter.STUCK_TIME,
+        Parameter.HOMING_TIME,
+    )
+)
+"""Those that travel and are checked for their range, but that no node acts on yet."""
 
 UNHASHED: Final = frozenset((Parameter.CLOCK, Parameter.BARRIER))
 """Parameters that the hash of a configuration leaves out."""

@@ -1,0 +1,142 @@
+"""What travels is used: a message is sent and heard, a parameter is known to who needs it."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+import pytest
+from support.fleet import Fleet
+from support.wire_messages import MESSAGES
+
+from rfms_can.arm import PUMA_260
+from rfms_can.joint_nodes.field_node import Parameters
+from rfms_can.joint_nodes.gripper import GripperNode
+from rfms_can.joint_nodes.joint import JointNode
+from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.wire.codec import Record
+from rfms_can.wire.configuration import (
+    GRIPPER_PARAMETERS,
+    LATER,
+    PARAMETERS,
+    Clock,
+    configuration_hash,
+)
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.nodes import DBC_NAMES, GRIPPER, JOINTS, MASTER, PLANT
+from rfms_can.wire.protection import Receiver, Sender
+from rfms_can.wire.records import Config
+from rfms_can.wire.vocabulary import ConfigStatus, Parameter
+
+OURS: Final = {DBC_NAMES[n] for n in (*JOINTS, GRIPPER, MASTER, PLANT)}
+"""The nodes of this package; boards and a force sensor of their own are other people's."""
+
+POSITIONS: Final = dict.fromkeys(
+    (f"POSITION_{n}" for n in (*JOINTS, GRIPPER)), "no joint node drives a board of its kind yet"
+)
+HALTS: Final = "the master halts the bus; it has no ladder"
+NO_REFERENCE: Final = "the gripper needs none: it homes against its stop"
+NOT_SENT: Final = {
+    **POSITIONS,
+    "EMCY_8": HALTS,
+    "EMCY_9": "the plant brakes its joints; it has no ladder",
+    "JOINT_SETPOINT_1": "the master solves no angles yet: both arms have a closed form",
+    "JOINT_SETPOINT_2": "as JOINT_SETPOINT_1",
+    "REFERENCE_7": NO_REFERENCE,
+}
+"""Messages that none of our nodes sends, and why."""
+NOT_HEARD: Final = {**POSITIONS, "EMCY_8": HALTS, "REFERENCE_7": NO_REFERENCE}
+"""Messages that none of our nodes hears, and why."""
+
+
+class Watched(Wire):
+    """A contract that notes which messages it was asked to send and to receive."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sent: set[str] = set()
+        self.heard: set[str] = set()
+
+    def sender(self, record: type[Record], node: int | None = None) -> Sender[Record]:
+        self.sent.add(self.codec(record, node).name)
+        return super().sender(record, node)
+
+    def receiver(
+        self, record: type[Record], node: int | None = None, refused: Any = None
+    ) -> Receiver[Record]:
+        self.heard.add(self.codec(record, node).name)
+        return super().receiver(record, node, refused)
+
+
+@pytest.fixture(scope="module")
+def watched() -> Iterator[Watched]:
+    """The contract after all nine nodes were made of it."""
+    wire = Watched()
+    Fleet(wire)
+    yield wire
+
+
+def test_our_nodes_send_every_message_but_those_listed(watched: Watched) -> None:
+    due = {m.name for m in MESSAGES if OURS & set(m.senders)}
+    assert due - watched.sent == set(NOT_SENT), "send it, or list it in NOT_SENT with the reason"
+
+
+def test_our_nodes_hear_every_message_but_those_listed(watched: Watched) -> None:
+    due = {m.name for m in MESSAGES if OURS & set(m.senders) and OURS & set(m.signals[0].receivers)}
+    assert due - watched.heard == set(NOT_HEARD), "hear it, or list it in NOT_HEARD"
+
+
+def test_nodes_send_and_hear_only_what_the_contract_gives_them() -> None:
+    senders = {m.name: set(m.senders) for m in MESSAGES}
+    receivers = {m.name: set(m.signals[0].receivers) for m in MESSAGES}
+    wires = {}
+    for joint in (1, 6):
+        wires[joint] = Watched()
+        JointNode(joint, wires[joint], 1)
+    wires[GRIPPER] = Watched()
+    GripperNode(wires[GRIPPER], 1)
+    for number, wire in wires.items():
+        name = DBC_NAMES[number]
+        assert {m for m in wire.sent if name not in senders[m]} == set()
+        assert {m for m in wire.heard if name not in receivers[m]} == set()
+
+
+class Noting(dict[Parameter, float]):
+    """A configuration that notes which of its values are read."""
+
+    def __init__(self, values: Parameters) -> None:
+        super().__init__(values)
+        self.read: set[Parameter] = set()
+
+    def __getitem__(self, parameter: Parameter) -> float:
+        self.read.add(parameter)
+        return super().__getitem__(parameter)
+
+
+def read_by(make: Callable[[], JointNode | GripperNode]) -> set[Parameter]:
+    """The parameters that a node reads when COMMIT closes its configuration, on any clock."""
+    read: set[Parameter] = set()
+    for clock in Clock:
+        node = make()
+        values = Noting(all_parameters(PUMA_260, "corke", 0.004, clock=clock)[node.number])
+        digest = configuration_hash(dict(values))
+        node.parameters = values
+        commit = Config(Parameter.COMMIT, len(values), 0.0, digest)
+        assert node._commit(commit, digest) is ConfigStatus.TAKEN
+        read |= values.read
+    return read
+
+
+def test_a_joint_reads_every_parameter_but_those_for_later(wire: Wire) -> None:
+    read = read_by(lambda: JointNode(2, wire, 2))
+    assert set(PARAMETERS) - read == LATER, "read it, or list it in LATER"
+
+
+def test_a_gripper_reads_those_it_is_given_but_those_for_later(wire: Wire) -> None:
+    unread = GRIPPER_PARAMETERS - read_by(lambda: GripperNode(wire, 7))
+    assert unread == {Parameter.ARM_ID, *LATER & GRIPPER_PARAMETERS}, "ARM_ID is for its hash alone"
+
+
+def test_the_master_sends_each_node_what_it_needs_and_nothing_else() -> None:
+    sent = all_parameters(PUMA_260, "corke", 0.004)
+    for joint in JOINTS:
+        assert set(sent[joint]) == set(PARAMETERS), "joint_parameters: one too few or too many"
+    assert set(sent[GRIPPER]) == GRIPPER_PARAMETERS, "gripper_parameters: one too few or too many"
