@@ -32,7 +32,7 @@ from rfms_can.joint_nodes.servo import ServoTerms
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
-from rfms_can.rig.terms import TERMS
+from rfms_can.rig.torque_terms import TERMS
 from rfms_can.wire.contract import Wire
 
 pytestmark = pytest.mark.system

@@ -23,7 +23,7 @@ from rfms_can.wire.contract import (
     Wire,
 )
 from rfms_can.wire.nodes import JOINTS, PLANT
-from rfms_can.wire.records import Config, Estop, JointSetpoint, Setpoint, Sync
+from rfms_can.wire.records import Config, Estop, JointAngles, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, ConfigStatus, NodeState, Parameter
 
 PARAMETERS = all_parameters(PUMA_260, "corke", PERIOD_NS * 1e-9)[2]
@@ -159,7 +159,7 @@ def test_a_set_point_is_complete_with_all_that_belongs_to_it(poses: int, extras:
     if extras & BIAS_BELONGS:
         inputs.bias = 0.0
     if extras & JOINT_SETPOINT_BELONGS:
-        inputs.joint_setpoint = JointSetpoint(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 1)
+        inputs.joint_setpoint = JointAngles(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 1)
         inputs.second_joint_setpoint = inputs.joint_setpoint if poses == 2 else None
     assert not inputs.setpoint_complete
     inputs.setpoint = _setpoint(poses, extras)
@@ -256,7 +256,7 @@ def test_where_the_master_solves_a_joint_takes_the_angle_it_is_given(wire: Wire)
     bench.setpoint(extras=JOINT_SETPOINT_BELONGS)
     assert bench.errors(bench.measure()) == []  # its angles belong to the set-point
     angles = (*given, bench.cycle & 0xFF, 1 << bench.index)
-    (error,) = bench.errors(bench.say(JointSetpoint, 1, *angles))
+    (error,) = bench.errors(bench.say(JointAngles, 1, *angles))
     assert error.error == pytest.approx(given[bench.index] - bench.angle(), abs=1e-6)
 
 
@@ -266,7 +266,7 @@ def test_a_joint_without_its_bit_goes_on_solving(wire: Wire) -> None:
     bench.setpoint(extras=JOINT_SETPOINT_BELONGS)
     bench.measure()
     angles = (*(0.3,) * 6, bench.cycle & 0xFF, 1 << 3)
-    (error,) = bench.errors(bench.say(JointSetpoint, 1, *angles))
+    (error,) = bench.errors(bench.say(JointAngles, 1, *angles))
     assert abs(error.error) < 1e-3
 
 
@@ -278,7 +278,7 @@ def test_an_angle_beyond_the_range_is_no_set_point(wire: Wire) -> None:
         bench.measure()
         beyond = bench.parameters[Parameter.POSITION_MAX] + 0.01
         angles = (*(beyond,) * 6, bench.cycle & 0xFF, 1 << bench.index)
-        assert bench.errors(bench.say(JointSetpoint, 1, *angles)) == []
+        assert bench.errors(bench.say(JointAngles, 1, *angles)) == []
     bench.sync()
     assert bench.state is NodeState.QUICKSTOP
 

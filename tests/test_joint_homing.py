@@ -13,7 +13,7 @@ from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.servo import Servo
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.start_up.node_parameters import all_parameters
-from rfms_can.node.encoder import AMBIGUITY, EncoderReference
+from rfms_can.node.encoder_reference import AMBIGUITY, EncoderReference
 from rfms_can.plant.board import Board
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import JOINTS

@@ -16,7 +16,7 @@ from rfms_can.joint_nodes.servo import Servo, ServoTerms
 from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings, SettingsError
-from rfms_can.rig.terms import TERMS, joint_key
+from rfms_can.rig.torque_terms import TERMS, joint_key
 from rfms_can.wire.contract import BIAS_BELONGS, Wire
 from rfms_can.wire.records import Bias, Rows
 from rfms_can.wire.vocabulary import Command, Law, NodeState, Parameter

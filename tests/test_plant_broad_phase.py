@@ -7,7 +7,7 @@ import pytest
 from support.scene import SceneBench
 
 from rfms_can.arm import JOINT_COUNT, PUMA_560
-from rfms_can.plant.contact import Contacts
+from rfms_can.plant.contact_wrench import Contacts
 from rfms_can.plant.physics import MAX_TIP_SPEED, PlantPhysics
 from rfms_can.plant.scene.catalogue import scene_from
 from rfms_can.plant.scene.peg_in_hole import HOLE

@@ -12,7 +12,7 @@ import pytest
 from pytest import approx
 from support.scene import Floats, SceneBench
 
-from rfms_can.plant.model_builder import CONTACT_DISTANCE, SKIN
+from rfms_can.plant.contact import CONTACT_DISTANCE, SKIN
 from rfms_can.plant.scene.corner import CORNER
 from rfms_can.plant.scene.curved import CROWN
 from rfms_can.plant.scene.peg_in_hole import HOLE, PegInHole

@@ -6,7 +6,7 @@ import pytest
 from support.bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260
-from rfms_can.plant.brakes import SILENT_CYCLES
+from rfms_can.plant.brake_watchdog import SILENT_CYCLES
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire.contract import ESTOP_VALUES, Wire

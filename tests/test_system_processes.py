@@ -17,7 +17,7 @@ from support.system import ROOT, SHORT, TRANSFER
 from rfms_can.rig.candump import read_candump
 from rfms_can.wire.codec import DBC_VARIABLE
 from rfms_can.wire.contract import Wire
-from rfms_can.wire.nodes import JOINTS, NODE_NAMES
+from rfms_can.wire.nodes import JOINTS, MASTER, NODE_NAMES, SIMULATED
 from rfms_can.wire.records import Measure
 
 pytestmark = pytest.mark.processes
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.processes
 LONG_S = 20.0
 BARRIER = "0.5"
 """Longest lockstep cycle of runs in which a node fails, s: a busy machine must not miss it."""
-OTHERS = [name for name in NODE_NAMES.values() if name != "master"]
+OTHERS = [NODE_NAMES[node] for node in SIMULATED if node != MASTER]
 
 Start = Callable[..., subprocess.Popen[str]]
 Health = dict[str, dict[str, Any]]
@@ -232,7 +232,8 @@ def test_single_verbs_make_a_whole_bus(begin: Start, tmp_path: Path) -> None:
 
 def test_a_node_with_another_dbc_is_refused_by_name(begin: Start, tmp_path: Path) -> None:
     other = tmp_path / "other.dbc"
-    other.write_text((ROOT / "dbc" / "rfms.dbc").read_text() + "\n")
+    text = (ROOT / "dbc" / "rfms.dbc").read_text()
+    other.write_text(text.replace("[-2|2]", "[-3|3]", 1))
     nodes = begin("up", "--bus", "hub:up", "--without", "3,8", "--json")
     health_of(nodes, lambda now: now["joint 1"]["state"] == "PREOP")
     stranger = begin("joint", "3", "--bus", "hub:up", environment={DBC_VARIABLE: str(other)})

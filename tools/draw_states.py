@@ -6,8 +6,8 @@ from typing import TypeVar
 
 from generated import main, table
 
-from rfms_can.joint_nodes.duties import ROWS, Duty
 from rfms_can.joint_nodes.ladder import LADDERS, Reaction
+from rfms_can.joint_nodes.state_actions import ROWS, StateAction
 from rfms_can.joint_nodes.states import TRANSITIONS as NODE
 from rfms_can.master.phases import BUS_STATES, PHASES
 from rfms_can.master.trajectory.states import ON_THE_WIRE
@@ -54,42 +54,42 @@ def some(chosen: Collection[Enum], members: Collection[Enum]) -> str:
     return "not " + ", ".join(member.name for member in members if member not in chosen)
 
 
-def missed(duty: Duty) -> str:
+def missed(action: StateAction) -> str:
     """What is missed at the next SYNC: after a cycle that owes a DAC, and after any other."""
-    without = ["no DAC: MEASURE, else SETPOINT, else ERROR"] * duty.owes_dac
-    return "; ".join([*without, *["no SETPOINT_1: SETPOINT"] * duty.expects_setpoint])
+    without = ["no DAC: MEASURE, else SETPOINT, else ERROR"] * action.owes_dac
+    return "; ".join([*without, *["no SETPOINT_1: SETPOINT"] * action.expects_setpoint])
 
 
-def duties() -> str:
+def actions() -> str:
     """A table of what a joint does where its state, its reaction and SYNC's state meet."""
     columns = (
         *("state", "reaction", "SYNC", "torque", "sends"),
         *("missed at the next SYNC", "watches", "MEASURE of"),
     )
     rows = []
-    for state, reactions, bus_states, duty in ROWS:
-        watches = ["encoder"] * duty.bridges_encoder + ["range"] * duty.watches_range
+    for state, reactions, bus_states, action in ROWS:
+        watches = ["encoder"] * action.bridges_encoder + ["range"] * action.watches_range
         rows.append(
             (
                 *(state.name, some(reactions, tuple(Reaction)), some(bus_states, tuple(NodeState))),
-                *(duty.torque.name, ", ".join(duty.sends), missed(duty), ", ".join(watches)),
-                "any cycle" if duty.any_sample else "this cycle",
+                *(action.torque.name, ", ".join(action.sends), missed(action), ", ".join(watches)),
+                "any cycle" if action.any_sample else "this cycle",
             )
         )
     return table(columns, rows)
 
 
 def render() -> str:
-    """The three diagrams, each under its heading, the safety ladder, and a joint's duties."""
+    """The three diagrams, each under its heading, the safety ladder, and a joint's actions."""
     return "\n\n".join(
         [
             "## A node (`rfms_can/joint_nodes/states.py`)",
             diagram(NODE),
             "The safety ladder: after how many cycles in a row a fault leads to which reaction.",
             ladders(),
-            "What a joint does (`rfms_can/joint_nodes/duties.py`), by its state, its reaction and "
-            "the state in SYNC.",
-            duties(),
+            "What a joint does (`rfms_can/joint_nodes/state_actions.py`), by its state, its "
+            "reaction and the state in SYNC.",
+            actions(),
             "## The master (`rfms_can/master/phases.py`)",
             diagram(PHASES),
             names("phase", "state in SYNC", BUS_STATES),

@@ -137,7 +137,10 @@ def summarise(outcomes: list[Outcome]) -> bool:
     print(f"\n{' SUMMARY ':=^{WIDTH}}")
     for outcome in outcomes:
         word = "FAILED" if outcome.failed else "not run" if not outcome.seconds else "passed"
-        print(f"{word:8} {outcome.name:18} {outcome.seconds:6.1f} s   {outcome.closing}")
+        minutes, seconds = divmod(round(outcome.seconds), 60)
+        print(f"{word:8} {outcome.name:18} {minutes:3} min {seconds:2} s   {outcome.closing}")
+    minutes, seconds = divmod(round(sum(outcome.seconds for outcome in outcomes)), 60)
+    print(f"{'':8} {'together':18} {minutes:3} min {seconds:2} s")
     lacking = [reason for outcome in outcomes for reason in outcome.skipped]
     if lacking:
         print(f"\n{' COULD NOT RUN ON THIS MACHINE ':*^{WIDTH}}")

@@ -17,7 +17,7 @@ from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import RfmsError
 from rfms_can.joint_nodes.servo import ServoTerms
 from rfms_can.rig.candump import read_candump
-from rfms_can.rig.terms import NAMES, TERMS, joint_key
+from rfms_can.rig.torque_terms import NAMES, TERMS, joint_key
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import HEARTBEAT_EVERY
 

@@ -1,6 +1,6 @@
 """The available arms by name, and their data types.
 
-Numbers with their sources: ``puma.py``. Their meaning: ``mechanism.py``, ``parts.py`` and
+Numbers with their sources: ``puma.py``. Their meaning: ``mechanism.py``, ``components.py`` and
 ``board_scale.py``.
 """
 
@@ -9,9 +9,9 @@ from types import MappingProxyType
 from typing import Final
 
 from rfms_can.arm.board_scale import BoardScale
+from rfms_can.arm.components import Correction, Drive, JointFriction, Link
 from rfms_can.arm.load import Load, known_load, load_alone
 from rfms_can.arm.mechanism import JOINT_COUNT, Arm, Gripper
-from rfms_can.arm.parts import Correction, Drive, JointFriction, Link
 from rfms_can.arm.puma import PUMA_260, PUMA_560
 from rfms_can.errors import ArmError
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import copysign
 from typing import Final
 
-from rfms_can.arm.parts import Drive
+from rfms_can.arm.components import Drive
 
 CONVERTER_CODES: Final = 2048
 """Codes on either side of zero of the board's 12-bit converters: -2048 to 2047."""

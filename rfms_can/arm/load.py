@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Final
 
+from rfms_can.arm.components import Link, Vector3
 from rfms_can.arm.mechanism import JOINT_COUNT, Arm
-from rfms_can.arm.parts import Link, Vector3
 
 
 @dataclass(frozen=True, slots=True)

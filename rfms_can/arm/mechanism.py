@@ -10,7 +10,7 @@ from math import pi
 from typing import Final
 
 from rfms_can.arm.board_scale import CONVERTER_CODES, BoardScale
-from rfms_can.arm.parts import Drive, JointFriction, Link
+from rfms_can.arm.components import Drive, JointFriction, Link
 from rfms_can.errors import ArmError
 
 JOINT_COUNT: Final = 6

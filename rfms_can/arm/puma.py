@@ -16,8 +16,8 @@ from math import radians
 from types import MappingProxyType
 from typing import Final
 
+from rfms_can.arm.components import Correction, Drive, JointFriction, Link
 from rfms_can.arm.mechanism import JOINT_COUNT, Arm, Gripper
-from rfms_can.arm.parts import Correction, Drive, JointFriction, Link
 
 OUNCE_INCH: Final = 7.0615518e-3  # Nm
 

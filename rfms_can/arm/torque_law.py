@@ -11,8 +11,8 @@ from math import copysign
 from typing import Final
 
 from rfms_can.arm.board_scale import CONVERTER_CODES
+from rfms_can.arm.components import JointFriction
 from rfms_can.arm.mechanism import Arm
-from rfms_can.arm.parts import JointFriction
 from rfms_can.arm.puma import OUNCE_INCH, PUMA_560
 
 

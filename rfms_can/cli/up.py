@@ -15,7 +15,7 @@ from rfms_can.cli.options import DEFAULT_BUS, JsonOption, RecordOption, takes_se
 from rfms_can.cli.report import console
 from rfms_can.errors import BusError, RfmsError
 from rfms_can.rig.settings import RunSettings
-from rfms_can.wire.nodes import MASTER, NODE_NAMES
+from rfms_can.wire.nodes import MASTER, NODE_NAMES, SIMULATED
 
 if TYPE_CHECKING:
     from rfms_can.rig.fleet import Health
@@ -119,7 +119,7 @@ def _numbers(text: str) -> frozenset[int]:
         numbers = frozenset(int(part) for part in text.split(",") if part.strip())
     except ValueError:
         numbers = frozenset({0})
-    if not numbers <= set(NODE_NAMES):
-        known = ", ".join(f"{n} {name}" for n, name in NODE_NAMES.items())
+    if not numbers <= set(SIMULATED):
+        known = ", ".join(f"{n} {NODE_NAMES[n]}" for n in SIMULATED)
         raise RfmsError(f"--without {text!r}: node numbers are {known}")
     return numbers

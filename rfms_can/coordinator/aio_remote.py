@@ -6,6 +6,7 @@ from collections.abc import Callable, Coroutine, Sequence
 from contextlib import suppress
 from typing import Any
 
+from rfms_can.coordinator.concurrency import Parts, Waiting
 from rfms_can.coordinator.conversation import (
     ANSWER_S,
     REALTIME,
@@ -14,7 +15,6 @@ from rfms_can.coordinator.conversation import (
     Lease,
     answer_of,
 )
-from rfms_can.coordinator.parts import Parts, Waiting
 from rfms_can.coordinator.sockets import AsyncSocket
 from rfms_can.coordinator.stopping import stopped
 from rfms_can.errors import LinkError, RfmsError

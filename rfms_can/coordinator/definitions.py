@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 from rfms_can.compliance.selection import Selection, SelectionError, parse_bias
-from rfms_can.coordinator.checked import checked
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.mode_settings import ModeSettings
+from rfms_can.coordinator.validation import checked
 from rfms_can.errors import (
     EquationError,
     ModeError,

@@ -2,33 +2,38 @@
 
 A cycle has three parts, read in this order: ``begin_cycle`` at SYNC counts what the cycle before
 lacked and changes over to the named rows; ``step``, called after each frame, does what can be done
-with the frames so far; ``lose_cycle`` where a SYNC did not come. What a step does is the duty's
-(``duties.py``).
+with the frames so far; ``lose_cycle`` where a SYNC did not come. What a step does is the action's
+(``actions.py``).
 """
 
 import math
 from collections.abc import Callable
 from typing import Final
 
-from rfms_can.errors import EncodeError, KinematicsError
+from rfms_can.errors import EncodeError
+from rfms_can.joint_nodes.angle_solver import AngleSolver
 from rfms_can.joint_nodes.compliance import RowSets
-from rfms_can.joint_nodes.duties import DUTIES, Duty, TorqueSource
 from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
 from rfms_can.joint_nodes.servo import Servo, ServoTerms
+from rfms_can.joint_nodes.state_actions import STATE_ACTIONS, StateAction, TorqueSource
 from rfms_can.joint_nodes.states import Event
 from rfms_can.joint_nodes.stop_ramp import StopRamp
-from rfms_can.kinematics import Configuration, JointSolver, SphericalWrist
-from rfms_can.node.encoder import AMBIGUITY, EncoderReference
+from rfms_can.node.encoder_reference import AMBIGUITY, EncoderReference
 from rfms_can.setpoint import JointSetpoint
-from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.setpoint.frames import setpoint_of
-from rfms_can.transform import Transform
-from rfms_can.wire.configuration import Kinematics, geometry_rows
 from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
-from rfms_can.wire.records import Dac, JointError, Measure, Reference, Rows, Setpoint, Sync
+from rfms_can.wire.records import (
+    Dac,
+    JointError,
+    Measure,
+    Reference,
+    Rows,
+    Setpoint,
+    Sync,
+)
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 STEP_MARGIN: Final = 1.5
@@ -39,12 +44,6 @@ RANGE_MARGIN_RAD: Final = 0.05
 """Joint angle beyond the range, rad, at which torque goes off: the hard stop is near."""
 MAX_CYCLE_GAP: Final = 4
 """Largest gap of SYNC's cycle that is accounted for; the ladder stops the joint before a longer."""
-_WRIST_JOINT: Final = 1 << 3
-"""Bit of joint 4, whose angle all joints hold where the wrist is straight."""
-
-Solve = Callable[[Transform, Configuration, float], float]
-"""Solves one joint: see ``setpoint.joint``."""
-
 # members of enumerations that every cycle needs: a name of a module is found ten times as fast
 _SERVO: Final = TorqueSource.SERVO
 _STOP_RAMP: Final = TorqueSource.STOP_RAMP
@@ -67,7 +66,7 @@ class JointController:
         dac, error: senders of DAC and ERROR.
 
     Attributes:
-        duty: what it does now.
+        action: what it does now.
         theta: measured joint angle, rad.
         speed: measured joint speed, rad/s.
         torque: last commanded torque, Nm.
@@ -102,7 +101,7 @@ class JointController:
         "_sink",
         "_solver",
         "_stop_distance_per_speed2",
-        "duty",
+        "action",
         "encoder",
         "homing",
         "ramp",
@@ -152,7 +151,7 @@ class JointController:
         self.homing = Homing(p, self.encoder, self.servo)
         self.trajectory = JointSetpoint(self._period)
         self.ramp: StopRamp | None = None
-        self._solver = _solver_of(p, node.number)
+        self._solver = AngleSolver(p, node.number)
         self._master = Cause(MASTER, node.wire.id(Setpoint, 1))
         self._board = Cause(int(p[Parameter.SENSOR_SOURCE]), node.wire.id(Measure, node.number))
         self.theta = self.speed = self.torque = 0.0
@@ -177,7 +176,7 @@ class JointController:
         self._decide()
         if inputs.dac_due:
             self._count_missed_cycle()
-        elif self.duty.expects_setpoint:
+        elif self.action.expects_setpoint:
             if inputs.setpoint is None:
                 node.miss(FaultCode.SETPOINT_MISSING, self._master)
             else:
@@ -191,7 +190,7 @@ class JointController:
         else:
             cause = self._master._replace(frame=node.wire.id(Rows, node.number))
             node.miss(FaultCode.ROWS_MISSING, cause)
-        inputs.begin(self.duty.owes_dac)
+        inputs.begin(self.action.owes_dac)
 
     def step(self) -> None:
         """The cycle, as far as the frames received so far allow; called after each of them."""
@@ -201,7 +200,7 @@ class JointController:
         if measure is not None and sampled:
             inputs.new_sample = False
             self._take_sample(measure)
-        source = self.duty.torque  # after the sample, which may have changed it
+        source = self.action.torque  # after the sample, which may have changed it
         if source is _SERVO:
             # 2. set-point and sample: own set-point, own error, told to the others
             if not inputs.heard & self._own_bit and measure is not None:
@@ -215,7 +214,7 @@ class JointController:
             self._drive(self._stop_torque())
         elif source is _DAMPING and sampled:
             self._drive(self.servo.damped(self.speed, self._rows.gravity))
-        elif inputs.reference is not None:  # kept only while the duty is to home, or to hold
+        elif inputs.reference is not None:  # kept only while the action is to home, or to hold
             self._home()
 
     def lose_cycle(self) -> None:
@@ -226,17 +225,17 @@ class JointController:
     # --- 1. the sample ------------------------------------------------------------------------
 
     def _take_sample(self, measure: Measure) -> None:
-        """Angle and speed from the board, watched as the duty says."""
-        ladder, duty = self._node.ladder, self.duty
+        """Angle and speed from the board, watched as the action says."""
+        ladder, action = self._node.ladder, self.action
         ladder.clear(_MEASURE_MISSING)
         speed = measure.velocity_adc * self._rate_per_code
         theta = self.encoder.angle(measure.counts)
-        if duty.bridges_encoder:
+        if action.bridges_encoder:
             if abs(theta - self.theta) > self._max_step * self._cycles_unsampled:
                 theta = self._bridge_encoder_jump(theta, speed)
             else:
                 ladder.clear(_ENCODER_GLITCH)
-        if duty.watches_range:
+        if action.watches_range:
             self._watch_range(theta, speed)
         self.theta, self.speed = theta, speed
         self._cycles_unsampled = 0
@@ -277,7 +276,11 @@ class JointController:
             return
         before, rate_before = trajectory.theta + self._displacement, trajectory.rate
         cartesian = setpoint_of(setpoint, inputs.second_setpoint)
-        theta = trajectory.tick(cartesian, self._solve_with(cartesian))
+        solve = self._solver.solve
+        if inputs.joint_setpoint is not None:
+            given = (inputs.joint_setpoint, inputs.second_joint_setpoint)
+            solve = self._solver.given(cartesian, *given)
+        theta = trajectory.tick(cartesian, solve)
         if math.isnan(theta):
             return  # refused as a whole: counted as a missing set-point at the next SYNC
         displacement = inputs.displacement or 0.0
@@ -301,25 +304,6 @@ class JointController:
         node.ladder.clear(_SETPOINT_MISSING)
         node.send(frame)
         inputs.take_error(self._index, error, rate, acceleration)
-
-    def _solve_with(self, setpoint: CartesianSetpoint) -> Solve:
-        """What solves the joint's angle of each pose: JOINT_SETPOINT where it has it, else T6."""
-        first, second = self._inputs.joint_setpoint, self._inputs.second_joint_setpoint
-        if first is None:
-            return self._solver.solve
-        index, own_bit, solver = self._index, self._own_bit, self._solver
-        for given in (first, second):
-            if given is not None and given.joints & _WRIST_JOINT:
-                solver.hold(given.joint_4)
-
-        def solve(pose: Transform, configuration: Configuration, previous: float) -> float:
-            given = first if pose is setpoint.T6_1 else second
-            if given is None or not given.joints & own_bit:
-                return solver.solve(pose, configuration, previous)
-            angle = given[index]
-            return angle if self._position_min <= angle <= self._position_max else math.nan
-
-        return solve
 
     # --- 3. torque ----------------------------------------------------------------------------
 
@@ -360,7 +344,7 @@ class JointController:
     @property
     def homes(self) -> bool:
         """Whether REFERENCE is used: the bus homes, and the joint searches its index or holds."""
-        return self.duty.torque in (TorqueSource.HOMING, TorqueSource.HOLD)
+        return self.action.torque in (TorqueSource.HOMING, TorqueSource.HOLD)
 
     def _home(self) -> None:
         """Homing: find the index, then hold there, while the bus homes."""
@@ -404,7 +388,7 @@ class JointController:
     def _decide(self) -> None:
         """What to do now, by the table."""
         node = self._node
-        self.duty: Duty = DUTIES[node.state][node.reaction][node.bus_state]
+        self.action: StateAction = STATE_ACTIONS[node.state][node.reaction][node.bus_state]
 
     def enter(self, state: NodeState) -> None:
         """The node's state has changed."""
@@ -459,29 +443,3 @@ class JointController:
         """A cycle without a set-point (R1): the last one stays, its history goes on."""
         self.trajectory.miss()
         self._cycles_held += 1
-
-
-class NoClosedForm:
-    """Stands where the master solves: a joint that is given no angle has none."""
-
-    def hold(self, theta4: float) -> None:
-        """Nothing to hold."""
-
-    def solve(self, _pose: Transform, _configuration: Configuration, _previous: float) -> float:
-        """NaN: no solution."""
-        return math.nan
-
-
-def _solver_of(parameters: Parameters, joint: int) -> JointSolver | NoClosedForm:
-    """What solves the joint's angle from T6.
-
-    Raises:
-        KinematicsError: the configuration asks for a closed form that this node does not have.
-    """
-    p, name = parameters, f"arm {parameters[Parameter.ARM_ID]:g}"
-    if p[Parameter.KINEMATICS] == Kinematics.BY_MASTER:
-        return NoClosedForm()
-    if p[Parameter.KINEMATICS] != Kinematics.SPHERICAL_WRIST:
-        raise KinematicsError(f"{name}: KINEMATICS {p[Parameter.KINEMATICS]:g} is not known here")
-    limits = ((p[Parameter.POSITION_MIN], p[Parameter.POSITION_MAX]),) * len(JOINTS)
-    return JointSolver(SphericalWrist.of(geometry_rows(p), limits, name), joint)

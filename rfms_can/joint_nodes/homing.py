@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from rfms_can.joint_nodes.servo import Servo
-from rfms_can.node.encoder import EncoderReference
+from rfms_can.node.encoder_reference import EncoderReference
 from rfms_can.wire.records import Measure, Reference
 from rfms_can.wire.vocabulary import Parameter
 

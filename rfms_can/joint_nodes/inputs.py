@@ -4,7 +4,7 @@ from typing import Final
 
 from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.records import JointSetpoint, Measure, Reference, Setpoint
+from rfms_can.wire.records import JointAngles, Measure, Reference, Setpoint
 
 ALL_ERRORS: Final = (1 << len(JOINTS)) - 1
 """``CycleInputs.heard`` when all six errors are known."""
@@ -58,8 +58,8 @@ class CycleInputs:
         """A new cycle: nothing has been received; frames of the cycle before are of no use."""
         self.setpoint: Setpoint | None = None
         self.second_setpoint: Setpoint | None = None
-        self.joint_setpoint: JointSetpoint | None = None
-        self.second_joint_setpoint: JointSetpoint | None = None
+        self.joint_setpoint: JointAngles | None = None
+        self.second_joint_setpoint: JointAngles | None = None
         self.displacement: float | None = None
         self.bias: float | None = None
         self.measure: Measure | None = None

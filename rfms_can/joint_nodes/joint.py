@@ -19,8 +19,8 @@ from rfms_can.wire.records import (
     Bias,
     Comply,
     Dac,
+    JointAngles,
     JointError,
-    JointSetpoint,
     Measure,
     Reference,
     Rows,
@@ -60,8 +60,8 @@ class JointNode(FieldNode):
         self._hears(Rows, joint, self.rows.receive)
         self._hears(Setpoint, 1, self._on_setpoint_1)
         self._hears(Setpoint, 2, self._on_setpoint_2)
-        self._hears(JointSetpoint, 1, self._on_joint_setpoint_1)
-        self._hears(JointSetpoint, 2, self._on_joint_setpoint_2)
+        self._hears(JointAngles, 1, self._on_joint_setpoint_1)
+        self._hears(JointAngles, 2, self._on_joint_setpoint_2)
         self._hears(Comply, None, self._on_comply)
         self._hears(Bias, None, self._on_bias)
         for other in JOINTS:
@@ -124,13 +124,13 @@ class JointNode(FieldNode):
             if self.controller is not None:
                 self.controller.step()
 
-    def _on_joint_setpoint_1(self, setpoint: JointSetpoint) -> None:
+    def _on_joint_setpoint_1(self, setpoint: JointAngles) -> None:
         if not self._is_stale(setpoint.cycle, "JOINT_SETPOINT"):
             self.inputs.joint_setpoint = setpoint
             if self.controller is not None:
                 self.controller.step()
 
-    def _on_joint_setpoint_2(self, setpoint: JointSetpoint) -> None:
+    def _on_joint_setpoint_2(self, setpoint: JointAngles) -> None:
         if not self._is_stale(setpoint.cycle, "JOINT_SETPOINT"):
             self.inputs.second_joint_setpoint = setpoint
             if self.controller is not None:
@@ -152,7 +152,7 @@ class JointNode(FieldNode):
         controller = self.controller
         if controller is None:
             return
-        if not controller.duty.any_sample and self._is_stale(measure.cycle, "MEASURE"):
+        if not controller.action.any_sample and self._is_stale(measure.cycle, "MEASURE"):
             return
         inputs = self.inputs
         inputs.measure = measure

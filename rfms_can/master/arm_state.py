@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from rfms_can.arm import Gripper
-from rfms_can.node.encoder import EncoderReference
+from rfms_can.node.encoder_reference import EncoderReference
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Measure, Reference
 from rfms_can.wire.vocabulary import Parameter

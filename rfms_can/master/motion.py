@@ -12,7 +12,7 @@ from rfms_can.kinematics import (
     direct,
     singularity_margins,
 )
-from rfms_can.master.accepted import AcceptedMove, AcceptedMoves
+from rfms_can.master.accepted_moves import AcceptedMove, AcceptedMoves
 from rfms_can.master.force.requested import RequestedCompliance
 from rfms_can.master.force.specification import ForceRequest
 from rfms_can.master.trajectory.commanded import CommandedTrajectory

@@ -250,10 +250,10 @@ class MasterNode(Endpoint):
         return self._flush()
 
     def _call_nodes(self, now_ns: int) -> None:
-        self.timer.retry(now_ns + self.bring_up.retry_ns)
         frames = self.bring_up.call(now_ns)
-        if frames:  # the boot id comes before commands: from it nodes count their frames
-            self._beat(BUS_STATES[self.machine.phase])
+        self.timer.retry(now_ns + self.bring_up.retry_ns)
+        if self.machine.phase is Phase.ROLL_CALL:
+            self._beat(BUS_STATES[Phase.ROLL_CALL])
         self._out.extend(frames)
         if self.bring_up.problem:
             self._halt(self.bring_up.problem)
@@ -286,7 +286,7 @@ class MasterNode(Endpoint):
             wrong = f"{NODE_NAMES[node]} is in {NodeState(beat.state).name}"
         if wrong is not None:
             self._halt(wrong)
-        elif machine.phase is Phase.ROLL_CALL and not roster.absent():
+        elif machine.phase is Phase.ROLL_CALL and self.bring_up.all_present:
             machine.change(PhaseEvent.ALL_PRESENT)
             self._out.extend(self.bring_up.configure(self._now_ns))
         self.inputs.answered(answer)

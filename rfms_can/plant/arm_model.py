@@ -17,7 +17,7 @@ import numpy as np
 from rfms_can.arm import JOINT_COUNT, Arm, JointFriction
 from rfms_can.errors import PlantError
 from rfms_can.plant.broad_phase import BroadPhase
-from rfms_can.plant.contact import NO_CONTACT, ContactReader, Contacts
+from rfms_can.plant.contact_wrench import NO_CONTACT, ContactReader, Contacts
 from rfms_can.plant.friction import DryFriction
 from rfms_can.plant.model_builder import TIP, compile_model
 from rfms_can.plant.scene import FREE, Scene

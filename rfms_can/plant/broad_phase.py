@@ -5,7 +5,7 @@ between them, of each fixture's bounding box are tested at once against a cylind
 pair separated by more than the contact distance and a margin is hidden from MuJoCo until the tool
 may have moved by the margin: MuJoCo finds the same contacts in the same order, and a run is
 identical bit by bit. Distances are those of MuJoCo's shapes, which are smaller by a skin
-(``model_builder.CONTACT_DISTANCE``). A hole has some hundred boxes, most of them out of reach.
+(``contact.CONTACT_DISTANCE``). A hole has some hundred boxes, most of them out of reach.
 """
 
 import math
@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rfms_can.errors import PlantError
-from rfms_can.plant.model_builder import CONTACT_DISTANCE
+from rfms_can.plant.contact import CONTACT_DISTANCE
 
 Floats = npt.NDArray[np.float64]
 

@@ -1,86 +1,68 @@
-"""Contact wrench of the fixtures on the tool: ground truth for the evaluation of a run."""
+"""Contact of tool and fixtures in MuJoCo: stiffness, damping, friction, and exact normals."""
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import mujoco
-import numpy as np
 
-from rfms_can.plant.model_builder import CONTACT_DISTANCE, TIP, TOOL
-from rfms_can.transform import Vector3
+from rfms_can.plant.scene import EDGE_RADIUS, Contact
 
-_NOTHING: Final = (0.0, 0.0, 0.0)
+IMPEDANCE: Final = 0.5
+"""MuJoCo's d: the fraction of a contact's acceleration that its constraint prescribes. With less,
+spring and damper need shorter steps; near 1, MuJoCo's contact is rigid and ignores the spring."""
+SLIDING_RATE: Final = 10.0
+"""Rate at which friction reduces a sliding speed, 1/s, while the load is inside the friction cone.
+
+MuJoCo's cone is convex: a body sliding at speed v is lifted as if its contact were softer, here by
+friction SLIDING_RATE v / s0. With MuJoCo's default, the damping of the normal spring, a ball
+pressed on with 20 N leaves the plate at 40 mm/s, and chatters."""
+FRICTION_IMPEDANCE_RATIO: Final = 1e4
+"""MuJoCo's impratio. A contact that sticks creeps there, by (1 - d) w / (impratio SLIDING_RATE):
+0.7 micrometres a second under each newton."""
+DISTANCE_TOLERANCE: Final = 1e-9
+"""Of MuJoCo's distance of two shapes, m. The default of a micrometre corresponds to 10 N."""
+SKIN: Final = EDGE_RADIUS
+"""By how much MuJoCo's shapes are smaller than the solid ones, m.
+
+Where two shapes overlap by less than its tolerance, MuJoCo 4 returns a wrong contact normal: with
+the default tolerance for one in a hundred contacts of a leaning peg with a chamfer, by up to 117
+degrees, and a peg wedged between two such faces meets large forces without a cause. For separate
+shapes, distance and normal are exact, so a skin on each keeps them separate."""
+CONTACT_DISTANCE: Final = 2.0 * SKIN
+"""Distance of MuJoCo's shapes at which the solid surfaces touch, m."""
 
 
-class Contacts(NamedTuple):
-    """Contact of tool and fixtures over a control period.
-
-    Attributes:
-        points: contact points, the largest number of any physics step.
-        force: on the tool, mean of the period, N, along the axes of its tip.
-        torque: about its tip, mean of the period, Nm, along the same.
-        depth: penetration of the deepest point at the period's end, m.
-    """
-
-    points: int
-    force: Vector3
-    torque: Vector3
-    depth: float
+def set_options(spec: mujoco.MjSpec) -> None:
+    """Solver options of contacts, of the whole model."""
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = FRICTION_IMPEDANCE_RATIO
+    spec.option.ccd_tolerance = DISTANCE_TOLERANCE
 
 
-NO_CONTACT: Final = Contacts(0, _NOTHING, _NOTHING, 0.0)
+def add_contact_pair(spec: mujoco.MjSpec, tool: str, fixture: str, contact: Contact) -> None:
+    """Add an explicit contact pair: only there does MuJoCo let friction have its own solref."""
+    spec.add_pair(
+        geomname1=fixture,
+        geomname2=tool,
+        condim=3,
+        margin=CONTACT_DISTANCE,
+        friction=[contact.friction, contact.friction, 0.0, 0.0, 0.0],
+        solimp=[IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0],
+        solreffriction=[-1.0, -SLIDING_RATE],
+    )
 
 
-class ContactReader:
-    """Adds up the contacts of MuJoCo's steps.
+def set_stiffness(model: mujoco.MjModel, contact: Contact, tool: str) -> None:
+    """Give every contact its stiffness and damping.
+
+    MuJoCo's contact has a spring and a damper per unit of mass: with parameters s0 and s1 its force
+    at rest is s0 depth / ((1 - d) w), where w is the tool's mean inverse mass at the angles 0.
+    Solved for s0, the stiffness is that asked for, in N/m, wherever the arm stands.
 
     Args:
-        model: of arm and scene, with a tool in the hand: its sensors make MuJoCo compute the
-            external wrench on each body.
-        data: its state.
+        model: of arm and scene.
+        contact: between tool and fixtures.
+        tool: name of the tool's body.
     """
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._data = data
-        site, tool = data.site(TIP), model.body(TOOL).id
-        self._tip, self._axes = site.xpos, site.xmat.reshape(3, 3)
-        # Torque and force on the tool from outside, about the centre of mass of arm and tool.
-        self._external_wrench = data.cfrc_ext[tool]
-        self._centre = data.subtree_com[model.body_rootid[tool]]
-        self.begin()
-
-    def begin(self) -> None:
-        """Start a control period."""
-        self._points = self._steps = 0
-        self._force: Vector3 = _NOTHING
-        self._torque: Vector3 = _NOTHING
-
-    def add(self) -> None:
-        """Add the contact wrench of MuJoCo's last step, in base axes, about the tip."""
-        points = self._data.ncon
-        self._steps += 1
-        if not points:
-            return
-        self._points = max(self._points, points)
-        tx, ty, tz, fx, fy, fz = self._external_wrench.tolist()
-        x, y, z = (self._centre - self._tip).tolist()
-        force, torque = self._force, self._torque
-        self._force = force[0] + fx, force[1] + fy, force[2] + fz
-        self._torque = (
-            torque[0] + tx + y * fz - z * fy,
-            torque[1] + ty + z * fx - x * fz,
-            torque[2] + tz + x * fy - y * fx,
-        )
-
-    def read(self) -> Contacts:
-        """The period so far, along the axes of the tip as it stands now."""
-        if not self._points:
-            return NO_CONTACT
-        depth = 0.0
-        if self._data.ncon:
-            depth = max(0.0, CONTACT_DISTANCE - float(self._data.contact.dist.min()))
-        return Contacts(self._points, self._mean(self._force), self._mean(self._torque), depth)
-
-    def _mean(self, total: Vector3) -> Vector3:
-        """Components of a sum over the steps along the axes of the tip, over their number."""
-        x, y, z = (np.array(total) @ self._axes / self._steps).tolist()
-        return x, y, z
+    inverse_mass = float(model.body(tool).invweight0[0])  # of a translation, 1/kg
+    spring = contact.stiffness * (1.0 - IMPEDANCE) * inverse_mass
+    model.pair_solref[:] = -spring, -2.0 * contact.damping * spring**0.5

@@ -9,7 +9,8 @@ import numpy as np
 
 from rfms_can.arm import Arm, JointFriction
 from rfms_can.errors import PlantError
-from rfms_can.plant.scene import EDGE_RADIUS, Contact, Kind, Scene, Shape, Tool
+from rfms_can.plant.contact import SKIN, add_contact_pair, set_options, set_stiffness
+from rfms_can.plant.scene import Kind, Scene, Shape, Tool
 from rfms_can.tables import complete
 from rfms_can.transform import Transform, Vector3
 
@@ -28,29 +29,6 @@ _GEOMETRY: Final = complete(
     },
     Kind,
 )
-IMPEDANCE: Final = 0.5
-"""MuJoCo's d: the fraction of a contact's acceleration that its constraint prescribes. With less,
-spring and damper need shorter steps; near 1, MuJoCo's contact is rigid and ignores the spring."""
-SLIDING_RATE: Final = 10.0
-"""Rate at which friction reduces a sliding speed, 1/s, while the load is inside the friction cone.
-
-MuJoCo's cone is convex: a body sliding at speed v is lifted as if its contact were softer, here by
-friction SLIDING_RATE v / s0. With MuJoCo's default, the damping of the normal spring, a ball
-pressed on with 20 N leaves the plate at 40 mm/s, and chatters."""
-FRICTION_IMPEDANCE_RATIO: Final = 1e4
-"""MuJoCo's impratio. A contact that sticks creeps there, by (1 - d) w / (impratio SLIDING_RATE):
-0.7 micrometres a second under each newton."""
-DISTANCE_TOLERANCE: Final = 1e-9
-"""Of MuJoCo's distance of two shapes, m. The default of a micrometre corresponds to 10 N."""
-SKIN: Final = EDGE_RADIUS
-"""By how much MuJoCo's shapes are smaller than the solid ones, m.
-
-Where two shapes overlap by less than its tolerance, MuJoCo 4 returns a wrong contact normal: with
-the default tolerance for one in a hundred contacts of a leaning peg with a chamfer, by up to 117
-degrees, and a peg wedged between two such faces meets large forces without a cause. For separate
-shapes, distance and normal are exact, so a skin on each keeps them separate."""
-CONTACT_DISTANCE: Final = 2.0 * SKIN
-"""Distance of MuJoCo's shapes at which the solid surfaces touch, m."""
 
 
 def compile_model(
@@ -99,27 +77,13 @@ def compile_model(
     except ValueError as error:
         raise PlantError(f"MuJoCo refuses the model of {arm.name}: {error}") from error
     if scene.tool is not None:
-        _stiffen(model, scene.contact)
+        set_stiffness(model, scene.contact, TOOL)
     return model
-
-
-def _stiffen(model: mujoco.MjModel, contact: Contact) -> None:
-    """Give every contact its stiffness and damping.
-
-    MuJoCo's contact has a spring and a damper per unit of mass: with parameters s0 and s1 its force
-    at rest is s0 depth / ((1 - d) w), where w is the tool's mean inverse mass at the angles 0.
-    Solved for s0, the stiffness is that asked for, in N/m, wherever the arm stands.
-    """
-    inverse_mass = float(model.body(TOOL).invweight0[0])  # of a translation, 1/kg
-    spring = contact.stiffness * (1.0 - IMPEDANCE) * inverse_mass
-    model.pair_solref[:] = -spring, -2.0 * contact.damping * spring**0.5
 
 
 def _add_fixtures(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Put the scene's fixtures around the arm."""
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = FRICTION_IMPEDANCE_RATIO
-    spec.option.ccd_tolerance = DISTANCE_TOLERANCE
+    set_options(spec)
     for shape in scene.fixtures:
         _add_shape(spec.worldbody, shape)
 
@@ -140,7 +104,7 @@ def _add_tool(spec: mujoco.MjSpec, body: mujoco.MjsBody, tool: Tool, scene: Scen
     for shape in tool.shapes:
         name = _add_shape(body, shape)
         for fixture in fixtures if shape.solid else ():
-            _add_contact_pair(spec, name, fixture, scene.contact)
+            add_contact_pair(spec, name, fixture, scene.contact)
 
 
 def _add_shape(body: mujoco.MjsBody, shape: Shape) -> str:
@@ -165,19 +129,6 @@ def _core(shape: Shape) -> tuple[Vector3, Transform]:
         return shape.size, shape.pose @ Transform.translation(0.0, 0.0, -SKIN)
     x, y, z = (max(extent - SKIN, 0.0) for extent in shape.size)
     return (x, y, z), shape.pose
-
-
-def _add_contact_pair(spec: mujoco.MjSpec, tool: str, fixture: str, contact: Contact) -> None:
-    """Add an explicit contact pair: only there does MuJoCo let friction have its own solref."""
-    spec.add_pair(
-        geomname1=fixture,
-        geomname2=tool,
-        condim=3,
-        margin=CONTACT_DISTANCE,
-        friction=[contact.friction, contact.friction, 0.0, 0.0, 0.0],
-        solimp=[IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0],
-        solreffriction=[-1.0, -SLIDING_RATE],
-    )
 
 
 def _quaternion(pose: Transform) -> list[float]:

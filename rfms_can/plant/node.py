@@ -12,7 +12,7 @@ from typing import Final
 
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
-from rfms_can.plant.brakes import Brakes
+from rfms_can.plant.brake_watchdog import BrakeWatchdog
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.tables import complete
 from rfms_can.wire.configuration import plant_hash
@@ -50,7 +50,7 @@ class PlantNode(Endpoint):
         self._synchronised = False  # SYNC comes
         self._bus_state = NodeState.PREOP
         self._arrived: list[Dac | None] = [None] * GRIPPER
-        self._brakes = Brakes(GRIPPER)
+        self._brakes = BrakeWatchdog(GRIPPER)
         self._codes = [0] * GRIPPER
         self._force_codes = [0] * len(JOINTS)
         self._measures = [self._sends(Measure, n) for n in (*JOINTS, GRIPPER)]

@@ -11,7 +11,7 @@ from rfms_can.arm import Arm
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
 from rfms_can.plant.board import Sample
-from rfms_can.plant.contact import Contacts
+from rfms_can.plant.contact_wrench import Contacts
 from rfms_can.plant.jaw import Jaw
 from rfms_can.plant.scene import FREE, Scene, Tool
 from rfms_can.plant.variant import Variant, as_built

@@ -5,7 +5,7 @@
 ``commanded.csv``  the commanded joint angles of every cycle, rad, in double precision
 ``summary.json``   the result
 ``truth.csv``      ground truth of each cycle: with a scene, on the simulated bus
-``terms.npz``      terms of the joints' torques, if recorded (``rig/terms.py``)
+``terms.npz``      terms of the joints' torques, if recorded (``rig/torque_terms.py``)
 """
 
 import json
@@ -21,7 +21,7 @@ from rfms_can.arm import Arm
 from rfms_can.errors import RfmsError
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.settings import RunSettings
-from rfms_can.rig.terms import TERMS, TermsRecorder
+from rfms_can.rig.torque_terms import TERMS, TermsRecorder
 from rfms_can.rig.truth import COLUMNS, Truth
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import JOINTS

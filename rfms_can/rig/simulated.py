@@ -10,7 +10,7 @@ from rfms_can.master.node import MasterNode
 from rfms_can.plant.node import PlantNode
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
-from rfms_can.rig.terms import TermsRecorder
+from rfms_can.rig.torque_terms import TermsRecorder
 from rfms_can.rig.truth import SceneResult, SceneWatch
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import msgspec
 
-from rfms_can.plant.contact import Contacts
+from rfms_can.plant.contact_wrench import Contacts
 from rfms_can.plant.node import PlantNode
 from rfms_can.transform import Transform
 

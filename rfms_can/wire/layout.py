@@ -5,7 +5,7 @@ format; all others are extracted with shifts and masks from little-endian words 
 """
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final
@@ -115,13 +115,13 @@ class Layout:
             f"{s.name}={self.defaults[s.name]!r}" if s.name in self.defaults else s.name
             for s in self.signals
         )
-        ranges = [(s.name, *bounds(s)) for s in self.signals]
-        # written so that a NaN fails the check
-        checks = " and ".join(f"{low!r} <= {name} <= {high!r}" for name, low, high in ranges)
-        checks = " and ".join([checks, *filter(None, map(_known, self.signals))])
+        # ``struct`` refuses what a whole item cannot hold; bits of a word would be cut off silently
+        whole = set(self._targets)
+        packed = _all(_check(s) for s in self.signals if s.name not in whole or not _is_full(s))
+        unpacked = _all(_check(s) for s in self.signals if not _is_full(s))
         lines = [
             f"def pack_into(_buffer, {given}):",
-            f"    if not ({checks}): _refuse({names})",
+            f"    if not ({packed}): _refuse({names})",
             "    try:",
             f"        _layout.pack_into(_buffer, {self.offset}, {', '.join(self._packed)})",
             f"    except Exception: _refuse({names})",
@@ -129,7 +129,7 @@ class Layout:
             f"    {', '.join(self._targets)}, = _layout.unpack_from(_data, {self.offset})",
             *(f"    {word} = int.from_bytes({word}, 'little')" for word in self._words),
             *(f"    {n} = {value}" for n, value in self._values.items() if n != value),
-            f"    if {checks}: return _new(_record, ({names},))",
+            f"    if {unpacked}: return _new(_record, ({names},))",
             "    return None",
         ]
         return "\n".join(lines)
@@ -166,14 +166,27 @@ def known_values(signal: Signal) -> tuple[int, ...]:
     return tuple(sorted(signal.choices or ()))
 
 
-def _known(signal: Signal) -> str:
-    """Expression that a value has a name; empty where its range says it already."""
+def _all(checks: Iterable[str]) -> str:
+    return " and ".join(checks) or "True"
+
+
+def _check(signal: Signal) -> str:
+    """Expression that a value is in its range and has a name; written so that a NaN fails it."""
+    low, high = bounds(signal)
     values = known_values(signal)
-    if not values or values == tuple(range(signal.minimum, signal.maximum + 1)):
-        return ""
-    if values == tuple(range(signal.minimum, values[-1] + 1)):
-        return f"{signal.name} <= {values[-1]}"
-    return f"{signal.name} in {values!r}"
+    if values and values != tuple(range(values[0], values[-1] + 1)):
+        return f"{signal.name} in {values!r}"
+    if values:
+        low, high = max(low, values[0]), min(high, values[-1])
+    return f"{low!r} <= {signal.name} <= {high!r}"
+
+
+def _is_full(signal: Signal) -> bool:
+    """Whether every value that its bits can say is taken."""
+    if signal.is_float or is_scaled(signal) or known_values(signal):
+        return False
+    least = -(1 << signal.length - 1) if signal.is_signed else 0
+    return bool(bounds(signal) == (least, least + (1 << signal.length) - 1))
 
 
 def is_scaled(signal: Signal) -> bool:

@@ -9,6 +9,8 @@ PLANT: Final = 9
 FORCE_SENSOR: Final = 10
 BOARDS: Final = {driven: 10 + driven for driven in (*JOINTS, GRIPPER)}
 """Node number of the board of each joint and of the gripper, where boards are nodes themselves."""
+SIMULATED: Final = (*JOINTS, GRIPPER, MASTER, PLANT)
+"""The nodes of a bus whose boards and sensor are the plant's: all that we have programs for."""
 NODE_NAMES: Final = {
     **{n: f"joint {n}" for n in JOINTS},
     GRIPPER: "gripper",

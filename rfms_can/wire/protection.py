@@ -25,6 +25,9 @@ from rfms_can.wire.frame import Frame
 _COUNTER: Final = 2  # byte of the header that holds the counter
 _BEFORE_FIRST: Final = 255
 
+_ANY: Final = -1
+"""Expected counter of a receiver that takes the next frame whatever it is."""
+
 COUNTER_WINDOW: Final = 16
 """Largest step of a counter that is taken; the DBC's RfmsCounterWindow."""
 COUNTER_RESTART: Final = 3
@@ -129,7 +132,7 @@ class Receiver(Generic[Record]):
 
     __slots__ = (
         "_counted",
-        "_counter",
+        "_expected",
         "_in_row",
         "_needed",
         "_stray",
@@ -149,7 +152,7 @@ class Receiver(Generic[Record]):
 
     def reset(self) -> None:
         """Take the next frame whatever its counter: its sender has started again."""
-        self._counter: int | None = None
+        self._expected = _ANY
         self._needed = COUNTER_RESTART
         self._in_row = 0
         self._stray = self._stray_base = -1
@@ -164,19 +167,17 @@ class Receiver(Generic[Record]):
             return None
         if self._counted:
             counter = frame.data[_COUNTER]
-            last = self._counter
-            if (
-                last is not None
-                and counter != (last + 1) & 0xFF
-                and not self._is_taken_up(counter, last)
-            ):
+            if counter != self._expected and not self._is_taken_up(counter):
                 return None
-            self._counter = counter
+            self._expected = counter + 1 & 0xFF
         return values  # type: ignore[return-value]  # refusals left above
 
-    def _is_taken_up(self, counter: int, last: int) -> bool:
+    def _is_taken_up(self, counter: int) -> bool:
         """Whether a frame is taken that does not follow the last one directly."""
-        step = (counter - last) & 0xFF
+        if self._expected == _ANY:
+            return True
+        last = self._expected - 1 & 0xFF
+        step = counter - last & 0xFF
         if 0 < step <= COUNTER_WINDOW:
             self.lost += step - 1
             return True

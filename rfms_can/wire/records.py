@@ -106,7 +106,7 @@ class Comply(NamedTuple):
     cycle: int
 
 
-class JointSetpoint(NamedTuple):
+class JointAngles(NamedTuple):
     """Joint angles of one pose, for joints that do not solve theirs from T6."""
 
     joint_1: float

@@ -1,7 +1,7 @@
 """From power-up to configured nodes: roll call by heartbeats, then one dialogue with each node."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from rfms_can.master.start_up.configurator import Configurator
 from rfms_can.master.start_up.roster import Roster
@@ -12,6 +12,11 @@ from rfms_can.wire.nodes import JOINTS, NODE_NAMES
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Config, ConfigAck
 from rfms_can.wire.vocabulary import Command, Parameter
+
+RETRY_NS: Final = 500_000_000
+"""Time between two calls, ns."""
+INTRODUCTION_NS: Final = 10_000_000
+"""Time for a HEARTBEAT to go out on a bus that others fill, ns."""
 
 
 class BringUp:
@@ -27,10 +32,7 @@ class BringUp:
         roster: the last heartbeat of every node.
         senders: of CONFIG frames.
         problem: why the bus cannot be brought up, or None.
-        retry_ns: time between two calls, ns.
     """
-
-    retry_ns = 500_000_000
 
     def __init__(
         self,
@@ -52,17 +54,40 @@ class BringUp:
         self._patience_ns = round(patience_s * 1e9)
         self._until_ns: int | None = None
         self._configuring = False
+        self._calls = 0
+
+    @property
+    def introducing(self) -> bool:
+        """Whether the master only tells that it is there; commands follow with the next call."""
+        return self._calls <= 1
+
+    @property
+    def retry_ns(self) -> int:
+        """Time until the next call, ns."""
+        return INTRODUCTION_NS if self.introducing else RETRY_NS
+
+    @property
+    def all_present(self) -> bool:
+        """Whether every node has announced itself since the nodes were reset."""
+        return not self.introducing and not self.roster.absent()
 
     def call(self, now_ns: int) -> Sequence[Frame]:
-        """Ask those who are silent, again; in vain for too long is a problem."""
-        first = self._until_ns is None
+        """Ask those who are silent, again; in vain for too long is a problem.
+
+        The first call asks nothing: the master's HEARTBEAT goes out alone. Its boot id tells nodes
+        that counted the frames of an earlier master to take the commands that come next, and a
+        HEARTBEAT is the least urgent of all frames: beside a command it would come after it.
+        """
+        self._calls += 1
         if self._until_ns is None:
             self._until_ns = now_ns + self._patience_ns
+            return ()
         if now_ns >= self._until_ns:
             self.problem = self._whom_we_wait_for()
             return ()
         if not self._configuring:
-            commands = (Command.RESET, Command.ANNOUNCE) if first else (Command.ANNOUNCE,)
+            resets = (Command.RESET,) if self._calls == 2 else ()
+            commands = (*resets, Command.ANNOUNCE)
             return [self._nmt.frame(command, 0, 0) for command in commands]
         return [d.current() for d in self._dialogues.values() if not d.done]
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from rfms_can.arm import Arm, friction_set
 from rfms_can.arm.calibration import Calibration, JointCalibration
-from rfms_can.arm.parts import Drive
+from rfms_can.arm.components import Drive
 from rfms_can.dynamics.model import NONE
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.master.settings import MasterSettings

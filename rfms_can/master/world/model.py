@@ -5,12 +5,12 @@ from typing import Final
 from rfms_can.errors import EquationError, KinematicsError, ModeError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.world.kinds import Live
 from rfms_can.master.world.modes import Limits, MotionMode
 from rfms_can.master.world.position import Position
 from rfms_can.master.world.reference import Reference
 from rfms_can.master.world.ring import Ring
 from rfms_can.master.world.tables import MAX_MODES, MAX_POSITIONS, SymbolTable
+from rfms_can.master.world.transform_kinds import Live
 from rfms_can.master.world.transforms import Transforms
 from rfms_can.messages import T6, ModeMessage, PositionMessage, TransformMessage, WorldNames
 from rfms_can.transform import Transform

@@ -5,9 +5,9 @@ from typing import Final
 
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
-from rfms_can.master.world.kinds import Functional, FunctionalSymbol
 from rfms_can.master.world.reference import Reference
 from rfms_can.master.world.ring import Chain, Link, Links, Ring
+from rfms_can.master.world.transform_kinds import Functional, FunctionalSymbol
 from rfms_can.transform import Transform
 
 

@@ -7,7 +7,6 @@ from typing import Final, Literal, NamedTuple
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world.correction import NO_FADE, NOTHING, Fade, shortest_span
 from rfms_can.master.world.functions import screw
-from rfms_can.master.world.kinds import Inverse
 from rfms_can.master.world.modes import Limits
 from rfms_can.master.world.numbers import OLDEST_S
 from rfms_can.master.world.observed import (
@@ -17,6 +16,7 @@ from rfms_can.master.world.observed import (
     Prediction,
     rotation_vector,
 )
+from rfms_can.master.world.transform_kinds import Inverse
 from rfms_can.setpoint.blend import Derivatives
 from rfms_can.transform import Transform
 

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 
 from rfms_can.errors import EquationError
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.world.kinds import Live
+from rfms_can.master.world.transform_kinds import Live
 from rfms_can.messages import T6, PositionMessage
 from rfms_can.transform import Transform
 

@@ -7,7 +7,6 @@ from typing import Final, NamedTuple, get_args
 from rfms_can.errors import TransformError
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world.functions import evaluator
-from rfms_can.master.world.kinds import Functional, FunctionalSymbol, Live
 from rfms_can.master.world.modes import Limits
 from rfms_can.master.world.numbers import (
     MAX_SPEED,
@@ -19,6 +18,7 @@ from rfms_can.master.world.numbers import (
 from rfms_can.master.world.observed import Observation, rotation_vector
 from rfms_can.master.world.reference import Reference
 from rfms_can.master.world.tables import MAX_TRANSFORMS, SymbolTable
+from rfms_can.master.world.transform_kinds import Functional, FunctionalSymbol, Live
 from rfms_can.messages import T6, TransformMessage
 from rfms_can.messages.world import Kind
 from rfms_can.tables import complete

@@ -1,13 +1,13 @@
 """What happens to a move before it is accepted: how long, how fast, in how many parts.
 
-``planner.py`` decides; ``times.py`` says how long a segment is to take, ``base.py`` and
+``planner.py`` decides; ``times.py`` says how long a segment is to take, ``base_path.py`` and
 ``curve.py`` where the joints are along it, ``preview.py`` what they will do, ``limits.py`` whether
-they may, ``search.py`` what would do instead, ``parts.py`` splits large rotations, and ``via.py``
-tells how far a transition stays from the position it cuts.
+they may, ``search.py`` what would do instead, ``large_rotation.py`` splits large rotations, and
+``via_deviation.py`` tells how far a transition stays from the position it cuts.
 """
 
+from rfms_can.master.trajectory.planning.large_rotation import PartGoal
 from rfms_can.master.trajectory.planning.limits import LimitedArm
-from rfms_can.master.trajectory.planning.parts import PartGoal
 from rfms_can.master.trajectory.planning.planner import MovePlanner, Plan, PlannedPosition
 from rfms_can.master.trajectory.planning.times import PlannedMode
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from rfms_can.kinematics import Joints
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.trajectory.planning.base import Frame, remaining
+from rfms_can.master.trajectory.planning.base_path import Frame, remaining
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.segment import Segment
 from rfms_can.wire.vocabulary import Mode

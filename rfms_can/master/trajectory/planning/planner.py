@@ -14,11 +14,11 @@ from rfms_can.master.trajectory.admission import (
     check_transition,
 )
 from rfms_can.master.trajectory.goal import Goal, Moment
-from rfms_can.master.trajectory.planning.base import Base, Frame
+from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
+from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
-from rfms_can.master.trajectory.planning.parts import in_parts
 from rfms_can.master.trajectory.planning.remedy import mended
 from rfms_can.master.trajectory.planning.search import Outcome, Trial
 from rfms_can.master.trajectory.planning.times import (
@@ -26,7 +26,7 @@ from rfms_can.master.trajectory.planning.times import (
     least_ticks,
     segment_ticks,
 )
-from rfms_can.master.trajectory.planning.via import deviation
+from rfms_can.master.trajectory.planning.via_deviation import deviation
 from rfms_can.master.trajectory.segment import Move, Segment, Transition, whole_ticks
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode

@@ -12,7 +12,7 @@ import numpy as np
 from rfms_can.kinematics import Joints
 from rfms_can.master.trajectory.correction import Leaving
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.trajectory.planning.base import Base, Frame, blend_derivatives
+from rfms_can.master.trajectory.planning.base_path import Base, Frame, blend_derivatives
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment, departure_at
 from rfms_can.master.trajectory.segment import Transition

@@ -4,7 +4,7 @@ import math
 from typing import Final, NamedTuple
 
 from rfms_can.errors import KinematicsError
-from rfms_can.master.trajectory.planning.base import Base, Frame
+from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.limits import (
     Excess,

@@ -7,9 +7,9 @@ import pytest
 from support.joint_bench import JointBench
 
 from rfms_can.errors import TableError
-from rfms_can.joint_nodes.duties import DUTIES, ROWS, TorqueSource, by_case
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import LAW_TORQUES
+from rfms_can.joint_nodes.state_actions import ROWS, STATE_ACTIONS, TorqueSource, by_case
 from rfms_can.tables import complete
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.records import Estop
@@ -26,7 +26,9 @@ CASES = list(product(NodeState, Reaction, NodeState))
 def test_every_case_has_a_duty() -> None:
     assert sum(len(reactions) * len(syncs) for _, reactions, syncs, _ in ROWS) == len(CASES)
     for state, reaction, bus_state in CASES:
-        assert DUTIES[state][reaction][bus_state] in {duty for s, _, _, duty in ROWS if s is state}
+        assert STATE_ACTIONS[state][reaction][bus_state] in {
+            action for s, _, _, action in ROWS if s is state
+        }
 
 
 @pytest.mark.parametrize("row", range(len(ROWS)))
@@ -37,14 +39,15 @@ def test_a_table_that_lacks_a_row_names_a_case_of_it(row: int) -> None:
         by_case(ROWS[:row] + ROWS[row + 1 :])
 
 
-def test_a_case_with_two_duties_is_named() -> None:
-    with pytest.raises(TableError, match="two duties for INIT, NONE, SYNC INIT"):
+def test_a_case_with_two_actions_is_named() -> None:
+    with pytest.raises(TableError, match="two actions for INIT, NONE, SYNC INIT"):
         by_case((*ROWS, ROWS[0]))
 
 
 def test_torque_without_the_six_errors_is_homing_or_stopping() -> None:
     by_state = {
-        s: {DUTIES[s][r][b].torque for r, b in product(Reaction, NodeState)} for s in NodeState
+        s: {STATE_ACTIONS[s][r][b].torque for r, b in product(Reaction, NodeState)}
+        for s in NodeState
     }
     assert by_state == {
         S.INIT: {T.NOTHING},
@@ -58,7 +61,9 @@ def test_torque_without_the_six_errors_is_homing_or_stopping() -> None:
 
 
 def test_a_joint_whose_reaction_is_off_has_no_torque() -> None:
-    assert {DUTIES[S.FAULT][R.OFF][bus_state].torque for bus_state in NodeState} == {T.NOTHING}
+    assert {STATE_ACTIONS[S.FAULT][R.OFF][bus_state].torque for bus_state in NodeState} == {
+        T.NOTHING
+    }
 
 
 def test_every_law_has_its_torque_and_a_missing_one_is_named() -> None:
@@ -104,12 +109,12 @@ def test_a_joint_sends_what_its_duty_says(
     state: NodeState, reaction: Reaction, bus_state: NodeState, wire: Wire
 ) -> None:
     bench = _joint_in(state, reaction, wire)
-    duty = DUTIES[state][reaction][bus_state]
+    action = STATE_ACTIONS[state][reaction][bus_state]
     answers = bench.sync(bus_state)
-    assert bench.controller.duty == duty
+    assert bench.controller.action == action
     answers += bench.setpoint() + bench.measure() + bench.reference() + bench.other_errors()
     sent = [heard.name for heard in answers if not heard.name.startswith("HEARTBEAT")]
-    assert sent == [f"{name}_2" for name in duty.sends]
+    assert sent == [f"{name}_2" for name in action.sends]
 
 
 @pytest.mark.parametrize("bus_state", [S.OPERATIONAL, S.QUICKSTOP])
@@ -119,13 +124,13 @@ def test_a_joint_misses_what_its_duty_says(
 ) -> None:
     """A cycle with MEASURE alone, and then one without any frame."""
     bench = _joint_in(state, reaction, wire)
-    duty = DUTIES[state][reaction][bus_state]
+    action = STATE_ACTIONS[state][reaction][bus_state]
     missed = bench.node.faults
     bench.sync(bus_state)
     bench.measure()
     before = missed[FaultCode.SETPOINT_MISSING], missed[FaultCode.MEASURE_MISSING]
     bench.sync(bus_state)
-    servo = duty.torque is T.SERVO  # it sent no DAC for want of a set-point; a stopped joint did
-    assert missed[FaultCode.SETPOINT_MISSING] - before[0] == (servo or duty.expects_setpoint)
+    servo = action.torque is T.SERVO  # it sent no DAC for want of a set-point; a stopped joint did
+    assert missed[FaultCode.SETPOINT_MISSING] - before[0] == (servo or action.expects_setpoint)
     bench.sync(bus_state)
-    assert missed[FaultCode.MEASURE_MISSING] - before[1] == duty.owes_dac
+    assert missed[FaultCode.MEASURE_MISSING] - before[1] == action.owes_dac

@@ -1,10 +1,10 @@
-"""Brakes alone: closed at power-up, open with the first frame, closed after three silent cycles."""
+"""When brakes close and open: at power-up, with the first frame, after three silent cycles."""
 
-from rfms_can.plant.brakes import SILENT_CYCLES, Brakes
+from rfms_can.plant.brake_watchdog import SILENT_CYCLES, BrakeWatchdog
 
 
 def test_a_brake_follows_its_own_node_alone() -> None:
-    brakes = Brakes(2)
+    brakes = BrakeWatchdog(2)
     assert [brakes.closed(board) for board in (0, 1)] == [True, True]
     brakes.release(0)
     assert [brakes.closed(board) for board in (0, 1)] == [False, True]
@@ -14,7 +14,7 @@ def test_a_brake_follows_its_own_node_alone() -> None:
 
 
 def test_all_brakes_close_at_once_and_open_one_by_one() -> None:
-    brakes = Brakes(3)
+    brakes = BrakeWatchdog(3)
     for board in range(3):
         brakes.release(board)
     brakes.close_all()

@@ -6,7 +6,7 @@ SILENT_CYCLES: Final = 3
 """Cycles without a DAC frame after which a brake closes."""
 
 
-class Brakes:
+class BrakeWatchdog:
     """The brakes of all boards: closed from power-up until a node sends its first DAC frame.
 
     Args:

@@ -1,7 +1,7 @@
 """What a joint does in a cycle: where its state, its reaction and SYNC's state meet, one table.
 
 A row says what drives the torque, what goes out on the bus, and what is missed at the next SYNC.
-The node reads its duty when a cycle begins and whenever its state or reaction changes.
+The node reads its action when a cycle begins and whenever its state or reaction changes.
 """
 
 from enum import Enum, auto
@@ -25,7 +25,7 @@ class TorqueSource(Enum):
     DAMPING = auto()  # R3: brake the motion, capped, at every MEASURE
 
 
-class Duty(NamedTuple):
+class StateAction(NamedTuple):
     """What a joint does in a cycle.
 
     Attributes:
@@ -56,22 +56,22 @@ class Duty(NamedTuple):
 
 S, R, T = NodeState, Reaction, TorqueSource
 
-IDLE: Final = Duty(T.NOTHING)
-HOME: Final = Duty(T.HOMING)
-HOLD: Final = Duty(T.HOLD)
-SERVO: Final = Duty(
+IDLE: Final = StateAction(T.NOTHING)
+HOME: Final = StateAction(T.HOMING)
+HOLD: Final = StateAction(T.HOLD)
+SERVO: Final = StateAction(
     T.SERVO, tells_error=True, owes_dac=True, bridges_encoder=True, watches_range=True
 )
-STOP: Final = Duty(
+STOP: Final = StateAction(
     T.STOP_RAMP, owes_dac=True, bridges_encoder=True, watches_range=True, any_sample=True
 )
-DAMP: Final = Duty(T.DAMPING, watches_range=True, any_sample=True)
-OFF: Final = Duty(T.NOTHING, any_sample=True)
+DAMP: Final = StateAction(T.DAMPING, watches_range=True, any_sample=True)
+OFF: Final = StateAction(T.NOTHING, any_sample=True)
 
 ANY_REACTION: Final = tuple(Reaction)
 ANY_SYNC: Final = tuple(NodeState)
 
-Row = tuple[NodeState, tuple[Reaction, ...], tuple[NodeState, ...], Duty]
+Row = tuple[NodeState, tuple[Reaction, ...], tuple[NodeState, ...], StateAction]
 
 _BUT_HOMING: Final = tuple(s for s in NodeState if s is not S.HOMING)
 _BUT_OPERATIONAL: Final = tuple(s for s in NodeState if s is not S.OPERATIONAL)
@@ -80,7 +80,7 @@ _BUT_DAMP: Final = tuple(r for r in Reaction if r is not R.DAMP)
 
 # fmt: off
 ROWS: Final[tuple[Row, ...]] = (
-    # node state    reaction      state in SYNC       duty
+    # node state    reaction      state in SYNC       action
     (S.INIT,        ANY_REACTION, ANY_SYNC,           IDLE),
     (S.PREOP,       ANY_REACTION, ANY_SYNC,           IDLE),
     (S.HOMING,      ANY_REACTION, (S.HOMING,),        HOME),
@@ -98,25 +98,25 @@ ROWS: Final[tuple[Row, ...]] = (
 # fmt: on
 
 
-def by_case(rows: tuple[Row, ...]) -> tuple[tuple[tuple[Duty, ...], ...], ...]:
-    """The duty by node state, reaction and state in SYNC, in that order of indices.
+def by_case(rows: tuple[Row, ...]) -> tuple[tuple[tuple[StateAction, ...], ...], ...]:
+    """The action by node state, reaction and state in SYNC, in that order of indices.
 
     Raises:
         TableError: names a case without a row, or with two: a bug, raised at import.
     """
-    cases: dict[tuple[NodeState, Reaction, NodeState], Duty] = {}
-    for state, reactions, bus_states, duty in rows:
+    cases: dict[tuple[NodeState, Reaction, NodeState], StateAction] = {}
+    for state, reactions, bus_states, action in rows:
         for reaction, bus_state in product(reactions, bus_states):
             if (state, reaction, bus_state) in cases:
                 raise TableError(
-                    f"two duties for {state.name}, {reaction.name}, SYNC {bus_state.name}"
+                    f"two actions for {state.name}, {reaction.name}, SYNC {bus_state.name}"
                 )
-            cases[state, reaction, bus_state] = duty
+            cases[state, reaction, bus_state] = action
     complete(cases, product(NodeState, Reaction, NodeState))
     return tuple(
         tuple(tuple(cases[s, r, b] for b in NodeState) for r in Reaction) for s in NodeState
     )
 
 
-DUTIES: Final = by_case(ROWS)
-"""``DUTIES[state][reaction][bus_state]``."""
+STATE_ACTIONS: Final = by_case(ROWS)
+"""``STATE_ACTIONS[state][reaction][bus_state]``."""

@@ -13,7 +13,7 @@ from rfms_can.kinematics import direct
 from rfms_can.master.trajectory.admission import MAX_ROTATION
 from rfms_can.master.trajectory.goal import FixedGoal, Moment
 from rfms_can.master.trajectory.planning import PartGoal
-from rfms_can.master.trajectory.planning.parts import in_parts
+from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.master.trajectory.states import Stage
 from rfms_can.setpoint.blend import blend_parameter, segment_derivatives

@@ -7,7 +7,7 @@ from contextlib import suppress
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rfms_can.coordinator.parts import Parts, Waiting
+from rfms_can.coordinator.concurrency import Parts, Waiting
 from rfms_can.messages import AnyCondition, CycleReached
 
 
