@@ -3,7 +3,7 @@
 #define RFMS_WIRE_H
 
 /* Hash of the layout, as SYNC and HEARTBEAT carry it. */
-#define RFMS_DBC_HASH (0xe782u)
+#define RFMS_DBC_HASH (0x8b50u)
 
 /* Counters: steps of 1 to RFMS_COUNTER_WINDOW are taken, and the RFMS_COUNTER_RESTART-th
    frame in a row that lies elsewhere, if these count on among themselves. */

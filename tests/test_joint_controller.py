@@ -64,7 +64,7 @@ class LifeBench(FieldNodeBench[FieldNode]):
     def __init__(self, wire: Wire) -> None:
         self.built: list[Listener] = []
         self.dropped = 0
-        node = FieldNode(3, wire, 3, frozenset(LIFE), self.build, self.drop)
+        node = FieldNode(3, wire, 3, frozenset(LIFE), frozenset(), self.build, self.drop)
         super().__init__(node, wire, LIFE)
 
     def build(self, parameters: Parameters) -> Listener:
@@ -96,7 +96,7 @@ def test_a_refused_or_changed_configuration_leaves_no_controller(wire: Wire) -> 
     bench.say(Config, 3, Parameter.KP, 0, 0.0, 0)
     assert bench.node.controller is None
     bench.parameters[Parameter.KP] = 0.0
-    (answer,) = bench.commit()
+    *_, answer = bench.dialogue()
     assert answer.values.status == ConfigStatus.UNSUPPORTED
     assert len(bench.built) == 1
     assert bench.node.controller is None

@@ -7,6 +7,7 @@ from support.fleet import Fleet
 from rfms_can.arm import PUMA_260
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.phases import Phase
+from rfms_can.master.start_up import configurator
 from rfms_can.master.start_up.configurator import Configurator
 from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.node.protocol import Node
@@ -167,6 +168,45 @@ def test_a_node_that_holds_another_configuration_is_named(wire: Wire) -> None:
     assert not dialogue.done
     assert dialogue.problem is not None
     assert f"{dialogue.hash ^ 1:#06x}" in dialogue.problem
+
+
+def test_an_acknowledgement_of_another_value_is_named(wire: Wire) -> None:
+    """A node that is off by a scale must not be enabled because its answer came."""
+    dialogue = Configurator(3, {Parameter.KP: 2.5}, wire.sender(Config, 3))
+    assert dialogue.acknowledge(ConfigAck(Parameter.KP, ConfigStatus.TAKEN, 250.0, 0)) is None
+    assert dialogue.problem == "joint 3 acknowledges KP = 250, sent was 2.5"
+
+
+def test_a_parameter_that_an_earlier_node_does_not_know_is_left_out(
+    wire: Wire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its default holds; the hash is that of what the node has taken."""
+    needed = configurator.JOINT_PARAMETERS - {Parameter.KI}
+    monkeypatch.setattr(configurator, "JOINT_PARAMETERS", needed)
+    dialogue = Configurator(3, {Parameter.KP: 2.5, Parameter.KI: 1.5}, wire.sender(Config, 3))
+    dialogue.acknowledge(ConfigAck(Parameter.KP, ConfigStatus.TAKEN, 2.5, 0))
+    dialogue.acknowledge(ConfigAck(Parameter.KI, ConfigStatus.UNKNOWN, 1.5, 0))
+    assert dialogue.problem is None
+    held = configuration_hash({Parameter.KP: 2.5})
+    dialogue.acknowledge(ConfigAck(Parameter.COMMIT, ConfigStatus.TAKEN, 0.0, held))
+    assert dialogue.done
+
+
+def test_a_parameter_every_joint_needs_must_be_known(wire: Wire) -> None:
+    dialogue = Configurator(3, {Parameter.KP: 2.5}, wire.sender(Config, 3))
+    assert dialogue.acknowledge(ConfigAck(Parameter.KP, ConfigStatus.UNKNOWN, 2.5, 0)) is None
+    assert dialogue.problem == "joint 3 refuses KP = 2.5: UNKNOWN"
+
+
+@pytest.mark.parametrize("phase", [Phase.HOME, Phase.READY])
+def test_a_node_whose_heartbeat_tells_another_configuration_is_never_enabled(
+    fleet: Fleet, phase: Phase
+) -> None:
+    """Its COMMIT was right, and it holds something else: START says which hash it is for."""
+    fleet.reach(phase)
+    fleet.joints[3].config_hash = 1
+    assert fleet.halted().startswith("joint 4 holds configuration 0x0001, not 0x")
+    assert not fleet.said("SETPOINT_1")
 
 
 def test_a_node_that_is_still_enabled_refuses_and_is_named(fleet: Fleet) -> None:

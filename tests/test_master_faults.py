@@ -153,8 +153,8 @@ def test_the_estop_frame_of_anybody_halts_the_run(fleet: Fleet) -> None:
 
 def test_a_node_that_says_it_has_stopped_halts_the_run_without_its_emcy(fleet: Fleet) -> None:
     fleet.pump.lose(lambda frame, _: frame.id == fleet.id(Emcy, 2))
-    beat = fleet.joints[1]._heartbeat  # it counts on
-    fleet.pump.post([beat.frame(NodeState.QUICKSTOP, 0, 1, 2, fleet.wire.dbc_hash, 0, 0, 0)])
+    beat, held = fleet.joints[1]._heartbeat, fleet.joints[1].config_hash  # it counts on
+    fleet.pump.post([beat.frame(NodeState.QUICKSTOP, 0, 1, 2, fleet.wire.dbc_hash, held, 0, 0)])
     assert fleet.halted() == "joint 2 is in QUICKSTOP"
 
 

@@ -102,6 +102,7 @@ def test_a_gap_is_taken_and_counted(wire: Wire) -> None:
 @pytest.mark.parametrize("back", [1, 2, 100, 128])
 def test_an_older_frame_is_refused(wire: Wire, back: int) -> None:
     receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 202)
+    assert receiver.take(frames[199]) is not None
     assert receiver.take(frames[200]) is not None
     assert receiver.take(frames[200 - back]) is None
     assert receiver.refused == {Refusal.ORDER: 1}
@@ -120,6 +121,7 @@ def test_a_step_of_the_counter_is_taken_up_to_the_window(wire: Wire, step: int) 
     """Every step there is, from a counter that wraps on the way."""
     frames = frames_of(wire.codec(Dac, 2), 500)
     receiver = wire.receiver(Dac, 2)
+    assert receiver.take(frames[239]) is not None
     assert receiver.take(frames[240]) is not None
     taken = receiver.take(frames[240 + step]) is not None
     assert taken == (1 <= step <= COUNTER_WINDOW)
@@ -129,6 +131,7 @@ def test_a_step_of_the_counter_is_taken_up_to_the_window(wire: Wire, step: int) 
 def test_a_receiver_that_was_deaf_hears_its_sender_again_at_the_third_frame(wire: Wire) -> None:
     receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 200)
     assert receiver.take(frames[0]) is not None
+    assert receiver.take(frames[1]) is not None
     taken = [receiver.take(frame) is not None for frame in frames[100:105]]
     assert taken == [False, False, True, True, True]
     assert receiver.leaps == 1
@@ -151,6 +154,7 @@ def test_each_leap_makes_the_next_one_harder(wire: Wire) -> None:
     """A stream that leaps to and fro is taken less and less, until START or RESET."""
     receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 240)
     receiver.take(frames[0])
+    receiver.take(frames[1])
     needed = []
     for begin in (100, 0, 100):
         taken = [receiver.take(frame) is not None for frame in frames[begin : begin + 30]]
@@ -158,6 +162,7 @@ def test_each_leap_makes_the_next_one_harder(wire: Wire) -> None:
     assert needed == [COUNTER_RESTART, 2 * COUNTER_RESTART, 4 * COUNTER_RESTART]
     receiver.reset()
     assert receiver.take(frames[5]) is not None
+    assert receiver.take(frames[6]) is not None
     assert [receiver.take(frame) is not None for frame in frames[100:103]] == [False, False, True]
 
 
@@ -187,12 +192,25 @@ def test_a_thousand_frames_wrap_without_a_loss(wire: Wire) -> None:
 
 def test_the_first_frame_counts_from_anywhere_also_after_a_reset(wire: Wire) -> None:
     receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 200)
+    assert receiver.take(frames[76]) is not None
     assert receiver.take(frames[77]) is not None
     assert receiver.take(frames[70]) is None
     receiver.reset()
     assert receiver.take(frames[0]) is not None  # the sender restarted
     assert receiver.take(frames[1]) is not None
     assert receiver.lost == 0
+
+
+@pytest.mark.parametrize("second", [1, 100, 199])
+def test_a_stray_in_the_first_place_does_not_shut_its_sender_out(wire: Wire, second: int) -> None:
+    """The first frame may have been under way since before: the second counts from anywhere too."""
+    receiver, frames = wire.receiver(Dac, 2), frames_of(wire.codec(Dac, 2), 202)
+    assert receiver.take(frames[150]) is not None
+    assert receiver.take(frames[150]) is None  # a duplicate is one all the same
+    assert receiver.take(frames[second]) is not None
+    assert receiver.take(frames[second + 1]) is not None
+    assert receiver.take(frames[second]) is None
+    assert receiver.leaps == 0
 
 
 # whole or not at all

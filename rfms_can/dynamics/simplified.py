@@ -51,7 +51,8 @@ class SimplifiedDynamics:
         s2, c2, s3, c3, q23 = sin(q2), cos(q2), sin(q3), cos(q3), q2 + q3
         s23, c23, s4, c4, s5, c5 = sin(q23), cos(q23), sin(q4), cos(q4), sin(q5), cos(q5)
         c21, c22, c31, c32, c50 = self._gravity
-        g, M = self.g, self.M
+        g, M = self.g.copy(), self.M.copy()  # what was handed over stays as it is
+        self.g, self.M = g, M
         forearm = c31 * c23 + c32 * s23 + c50 * (s23 * c5 + c23 * c4 * s5)
         g[2] = forearm
         g[1] = c21 * c2 + c22 * s2 + forearm

@@ -3,7 +3,7 @@
 A cycle has three parts, read in this order: ``begin_cycle`` at SYNC counts what the cycle before
 lacked and changes over to the named rows; ``step``, called after each frame, does what can be done
 with the frames so far; ``lose_cycle`` where a SYNC did not come. What a step does is the action's
-(``actions.py``).
+(``state_actions.py``).
 """
 
 import math
@@ -300,7 +300,8 @@ class JointController:
             self._begin_stop(before, rate_before)  # nothing of the step may act
             return
         self._cycles_held = 0
-        self._displacement, self._bias = displacement, inputs.bias or 0.0
+        self._displacement = displacement
+        self._bias = self.servo.deliverable_bias(inputs.bias) if inputs.bias else 0.0
         node.ladder.clear(_SETPOINT_MISSING)
         node.send(frame)
         inputs.take_error(self._index, error, rate, acceleration)
@@ -427,8 +428,9 @@ class JointController:
         elif not inputs.heard & self._own_bit:
             node.miss(FaultCode.SETPOINT_MISSING, self._master)
         else:
-            silent = next(joint for joint in JOINTS if not inputs.heard & 1 << joint - 1)
-            node.miss(FaultCode.ERROR_MISSING, Cause(silent, node.wire.id(JointError, silent)))
+            silent = next((joint for joint in JOINTS if not inputs.heard & 1 << joint - 1), None)
+            if silent is not None:  # all six came where a command ended the servo in mid-cycle
+                node.miss(FaultCode.ERROR_MISSING, Cause(silent, node.wire.id(JointError, silent)))
             return
         self._hold()
 

@@ -14,7 +14,13 @@ from rfms_can.joint_nodes.ladder import LADDERS, Ladder, Reaction, rung
 from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
-from rfms_can.wire.configuration import PARAMETERS, Clock, configuration_hash, sensor_sources
+from rfms_can.wire.configuration import (
+    PARAMETERS,
+    Clock,
+    configuration_hash,
+    contradiction,
+    sensor_sources,
+)
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import HEARTBEAT_EVERY, MASTER
@@ -33,7 +39,8 @@ _SYNC_MISSING: Final = FaultCode.SYNC_MISSING
 _KNOWN: Final[dict[int, Parameter]] = {int(p): p for p in PARAMETERS}
 LARGEST: Final = 1e9
 """Largest magnitude of a number in EMCY."""
-_DRIVING: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
+_DRIVEN: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
+"""States in which an arm is driven: of a node, and of the master in SYNC."""
 
 
 Parameters = Mapping[Parameter, float]
@@ -74,6 +81,7 @@ class FieldNode(Endpoint):
         number: node number, 1 to 6 joints, 7 gripper.
         wire, boot_id: see ``Endpoint``.
         needed: parameters of a whole configuration.
+        optional: what it may have besides.
         build: makes the controller of a whole configuration.
         drop_torque: called once when the reaction to a fault is to switch the torque off.
 
@@ -97,6 +105,7 @@ class FieldNode(Endpoint):
         wire: Wire,
         boot_id: int,
         needed: frozenset[Parameter],
+        optional: frozenset[Parameter],
         build: Callable[[Parameters], Controller],
         drop_torque: Callable[[], None],
     ) -> None:
@@ -111,11 +120,14 @@ class FieldNode(Endpoint):
         self.controller = None
         self.ladder = Ladder()
         self._needed = needed
+        self._known = frozenset(map(int, optional | needed))
+        self._closed = False  # a COMMIT has come since the first parameter
         # samples come in MEASURE from the bus: a node of ours has no sensors of its own
         self._sources = sensor_sources(number) - {number}
         self._build = build
         self._drop_torque = drop_torque
         self._deadline_ns: int | None = 0
+        self._synchronised = False  # SYNC comes in time
         self._watch_ns = 0  # longest time between two SYNCs, ns, once configured
         self._emcy = self._sends(Emcy, number)
         self._ack = self._sends(ConfigAck, number)
@@ -138,6 +150,7 @@ class FieldNode(Endpoint):
             self._announce()
         else:
             self._deadline_ns += self._watch_ns
+            self._synchronised = False
             self.miss(FaultCode.SYNC_MISSING, Cause(MASTER, self.wire.id(Sync)))
             if self.controller is not None:
                 self.controller.lose_cycle()
@@ -172,7 +185,7 @@ class FieldNode(Endpoint):
             value: the number that broke the bound of ``cause``; without one, how many cycles the
                 fault has lasted, against the rung of the ladder.
         """
-        if self.state in _DRIVING or self.reaction is Reaction.DAMP:
+        if self.state in _DRIVEN or self.reaction is Reaction.DAMP:
             reaction = self.ladder.miss(fault)
             if value is None:
                 value = float(self.ladder.misses[fault])
@@ -220,6 +233,7 @@ class FieldNode(Endpoint):
         self.ladder.clear(_SYNC_MISSING)
         self.cycle = sync.cycle
         self.bus_state = _STATES[sync.state]
+        self._synchronised = True
         if self.config_hash:
             self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
@@ -236,8 +250,11 @@ class FieldNode(Endpoint):
             self.trip(FaultCode.DBC_MISMATCH, cause, float(sync.dbc_hash))
 
     def _on_master(self, beat: Heartbeat) -> None:
-        """A master that has started again counts from 0; not one beside the master that runs."""
-        if self.state is not NodeState.OPERATIONAL:
+        """A master that has started again counts from 0; not one beside a master that drives."""
+        if self._synchronised and self.bus_state in _DRIVEN:
+            if beat.boot_id != self._boots.setdefault(MASTER, beat.boot_id):
+                self.ignored["HEARTBEAT of a second master"] += 1
+        else:
             self._note_boot(MASTER, beat.boot_id)
 
     def _on_command(self, nmt: Nmt) -> None:
@@ -251,14 +268,9 @@ class FieldNode(Endpoint):
             self.ignored["START for another configuration"] += 1
             return
         event = COMMAND_EVENTS[command]
-        if successor(self.state, event) is None:
-            self.ignored[f"{command.name} in {self.state.name}"] += 1
-            return
-        if event is Event.HOME and not self.config_hash:
-            self.ignored["HOME without configuration"] += 1
-            return
-        if event is Event.HOME and self.reaction is not Reaction.NONE:
-            self.ignored["HOME before RESET"] += 1  # it was stopped while it homed
+        reason = self._refusal(command, event)
+        if reason is not None:
+            self.ignored[reason] += 1
             return
         if event in (Event.START, Event.RESET):
             self._forget_faults()
@@ -266,7 +278,19 @@ class FieldNode(Endpoint):
             self._restart_counters()
         elif event is Event.RESET:
             self._forget_counters()
+            if not self.config_hash:
+                self._begin_set()  # what came in before is of no use to a master that starts
         self.change(event)
+
+    def _refusal(self, command: Command, event: Event) -> str | None:
+        """Why a command has no effect now; None if it has."""
+        if successor(self.state, event) is None:
+            return f"{command.name} in {self.state.name}"
+        if event is Event.HOME and not self.config_hash:
+            return "HOME without configuration"
+        if event is Event.HOME and self.reaction is not Reaction.NONE:
+            return "HOME before RESET"  # it was stopped while it homed
+        return None
 
     def _forget_faults(self) -> None:
         """START and RESET begin with a clean record: no faults, no reaction."""
@@ -286,22 +310,34 @@ class FieldNode(Endpoint):
         elif parameter == Parameter.COMMIT:
             digest = configuration_hash(self.parameters)
             status = self._commit(config, digest)
-        elif parameter not in _KNOWN:
+        elif parameter not in self._known:
             status = ConfigStatus.UNKNOWN
         elif PARAMETERS[_KNOWN[parameter]].refusal(config.value) is not None:
             status = ConfigStatus.REFUSED_VALUE
         else:
-            self.controller, self.config_hash = None, 0
+            if self._closed:
+                self._begin_set()
             self.parameters[_KNOWN[parameter]] = config.value
         self.send(self._ack.frame(parameter, status, config.value, digest))
+
+    def _begin_set(self) -> None:
+        """Parameters come in for another configuration: the one in force is void."""
+        self.controller, self.config_hash = None, 0
+        self.parameters.clear()
+        self._closed = False
 
     def _commit(self, config: Config, digest: int) -> ConfigStatus:
         """Build the controller of the whole configuration, or none."""
         p = self.parameters
+        self._closed = True
         if len(p) != config.total or digest != config.hash or not self._needed <= p.keys():
             return ConfigStatus.WRONG_HASH
+        if self.config_hash == digest:
+            return ConfigStatus.TAKEN  # the same again: what is built stays, its reference too
         if p[Parameter.SENSOR_SOURCE] not in self._sources:
             return ConfigStatus.UNSUPPORTED
+        if contradiction(p) is not None:
+            return ConfigStatus.REFUSED_VALUE
         try:
             self.controller = self._build(p)
         except KinematicsError:

@@ -128,7 +128,7 @@ class GripperNode(FieldNode):
 
     def __init__(self, wire: Wire, boot_id: int) -> None:
         needed, make = GRIPPER_PARAMETERS, self._make_controller
-        super().__init__(GRIPPER, wire, boot_id, needed, make, self._drop)
+        super().__init__(GRIPPER, wire, boot_id, needed, needed, make, self._drop)
         self._inputs = GripperInputs()
         self._dac = self._sends(Dac, GRIPPER)
         self._hears(Measure, GRIPPER, self._on_measure)

@@ -2,7 +2,12 @@
 
 from typing import Final
 
-from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
+from rfms_can.wire.contract import (
+    BIAS_BELONGS,
+    COMPLY_BELONGS,
+    JOINT_SETPOINT_BELONGS,
+    KNOWN_EXTRAS,
+)
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import JointAngles, Measure, Reference, Setpoint
 
@@ -91,6 +96,8 @@ class CycleInputs:
         if first is None or (first.poses == 2) is not (self.second_setpoint is not None):
             return False
         extras = first.extras
+        if extras & ~KNOWN_EXTRAS:
+            return False  # of a later version: a joint that left it out would go elsewhere
         if extras & COMPLY_BELONGS and self.displacement is None:
             return False
         if extras & JOINT_SETPOINT_BELONGS:

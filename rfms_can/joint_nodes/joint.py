@@ -12,7 +12,7 @@ from rfms_can.joint_nodes.controller import JointController
 from rfms_can.joint_nodes.field_node import FieldNode, Parameters
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
 from rfms_can.joint_nodes.servo import ServoTerms
-from rfms_can.wire.configuration import PARAMETERS
+from rfms_can.wire.configuration import JOINT_PARAMETERS, PARAMETERS
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import (
@@ -47,8 +47,8 @@ class JointNode(FieldNode):
     controller: JointController | None
 
     def __init__(self, joint: int, wire: Wire, boot_id: int) -> None:
-        needed, make = frozenset(PARAMETERS), self._make_controller
-        super().__init__(joint, wire, boot_id, needed, make, self._drop)
+        known, make = frozenset(PARAMETERS), self._make_controller
+        super().__init__(joint, wire, boot_id, JOINT_PARAMETERS, known, make, self._drop)
         self.inputs = CycleInputs()
         self.rows = RowSets(joint)
         self._index = joint - 1

@@ -413,6 +413,14 @@ class Servo:
         self.state.saturated = True
         return limit if torque > 0.0 else -limit
 
+    def deliverable_bias(self, bias: float) -> float:
+        """A bias torque as far as the force DAC can give it, Nm.
+
+        What it cannot give must not be taken off the servo's own torque either.
+        """
+        limit = DAC_MAX * abs(self.config.torque_per_force_code)
+        return -limit if bias < -limit else limit if bias > limit else bias
+
     def code(self, torque: float) -> int:
         """Motor-current DAC code of a joint torque (Nm)."""
         code = round(torque / self.config.torque_per_code)

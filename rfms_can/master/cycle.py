@@ -218,9 +218,12 @@ class ControlCycle:
     # --- transitions at the end of a cycle ----------------------------------------------------
 
     def _end_homing(self, out: list[Frame]) -> None:
-        """HOME ends when master and nodes know where all joints are."""
+        """HOME ends when master and nodes know where all joints are; all have told a hash then."""
         if self._inputs.arm_state.referenced and self._bring_up.roster.all_in(NodeState.READY):
             self._machine.change(PhaseEvent.ALL_HOMED)
+            wrong = self._bring_up.hold_to_configuration()
+            if wrong is not None:
+                self.halt(wrong, out)
         else:
             self._stop_on_request(out)
 

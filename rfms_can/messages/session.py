@@ -97,7 +97,7 @@ ArmRequest = (
     | LockRequest
     | TareRequest
 )
-"""Requests handled by the supervisor; all of them need the lease."""
+"""Requests that the master handles; all of them need the lease."""
 
 AnyRequest = ArmRequest | LeaseRequest | Query | WaitRequest
 

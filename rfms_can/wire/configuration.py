@@ -129,6 +129,9 @@ PARAMETERS: Final[dict[Parameter, ParameterRange]] = complete(
 )
 """All parameters but COMMIT, which closes a set. A joint needs every one."""
 
+JOINT_PARAMETERS: Final = frozenset(PARAMETERS)
+"""Those a joint needs: all of contract 2.0. One that is added later has a default and is left out
+here, so that a master which does not know it can configure the joint all the same."""
 GRIPPER_PARAMETERS: Final = frozenset(p for p, known in PARAMETERS.items() if known.gripper)
 """Those the gripper needs."""
 
@@ -163,6 +166,22 @@ def configuration_hash(values: Mapping[Parameter, float]) -> int:
 def plant_hash(arm_id: float, period_s: float) -> int:
     """Configuration hash of the plant: arm id and control period, s."""
     return configuration_hash({Parameter.ARM_ID: arm_id, Parameter.PERIOD: period_s})
+
+
+_NOT_BEYOND: Final = (
+    (Parameter.POSITION_MIN, Parameter.POSITION_MAX),
+    (Parameter.INTEGRAL_LIMIT, Parameter.TORQUE_LIMIT),
+    (Parameter.CONTINUOUS_TORQUE, Parameter.TORQUE_LIMIT),
+    (Parameter.HOMING_SPEED, Parameter.SPEED_LIMIT),
+)
+
+
+def contradiction(values: Mapping[Parameter, float]) -> str | None:
+    """Which parameter of a set lies beyond another that bounds it; None if none does."""
+    for lesser, greater in _NOT_BEYOND:
+        if lesser in values and values[lesser] > values[greater]:
+            return f"{lesser.name} {values[lesser]:g} is beyond {greater.name} {values[greater]:g}"
+    return None
 
 
 def sensor_sources(node: int) -> frozenset[int]:

@@ -44,6 +44,7 @@ LAST_SET: Final = 255
 COMPLY_BELONGS: Final = 1
 BIAS_BELONGS: Final = 2
 JOINT_SETPOINT_BELONGS: Final = 4
+KNOWN_EXTRAS: Final = COMPLY_BELONGS | BIAS_BELONGS | JOINT_SETPOINT_BELONGS
 """Bits of SETPOINT's ``extras``: which frames belong to it beside its poses."""
 
 MESSAGES: Final[dict[type[NamedTuple], str]] = {

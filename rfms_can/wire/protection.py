@@ -5,7 +5,8 @@ not at all and counts what it refused and why. The CRC and header are the librar
 (``autosar-e2e``); the rule of the counters is here, one for all messages:
 
 - The first frame is taken whatever its counter: after power-up, after START or RESET (``reset``),
-  after a HEARTBEAT of the sender with another boot id.
+  after a HEARTBEAT of the sender with another boot id. It may have been under way since before;
+  so the second one is too, if its counter is another.
 - Then a counter 1 to ``COUNTER_WINDOW`` ahead of the last one taken is in step; the gap is counted.
 - Every other frame is refused: the same counter is a duplicate, the rest out of order. The
   ``COUNTER_RESTART``-th of them in a row that count on among themselves is taken all the same, for
@@ -27,6 +28,8 @@ _BEFORE_FIRST: Final = 255
 
 _ANY: Final = -1
 """Expected counter of a receiver that takes the next frame whatever it is."""
+_PROVISIONAL: Final = 0x100
+"""Beside the expected counter, after the first frame: no counter is equal to it."""
 
 COUNTER_WINDOW: Final = 16
 """Largest step of a counter that is taken; the DBC's RfmsCounterWindow."""
@@ -167,21 +170,33 @@ class Receiver(Generic[Record]):
             return None
         if self._counted:
             counter = frame.data[_COUNTER]
-            if counter != self._expected and not self._is_taken_up(counter):
+            if counter == self._expected:
+                self._expected = counter + 1 & 0xFF
+            elif not self._is_taken_up(counter):
                 return None
-            self._expected = counter + 1 & 0xFF
         return values  # type: ignore[return-value]  # refusals left above
 
     def _is_taken_up(self, counter: int) -> bool:
-        """Whether a frame is taken that does not follow the last one directly."""
+        """Whether a frame is taken that does not follow the last one directly; goes on from it."""
+        follower = counter + 1 & 0xFF
         if self._expected == _ANY:
+            self._expected = follower | _PROVISIONAL
             return True
+        provisional = self._expected & _PROVISIONAL
         last = self._expected - 1 & 0xFF
         step = counter - last & 0xFF
         if 0 < step <= COUNTER_WINDOW:
             self.lost += step - 1
-            return True
-        self.refused[Refusal.ORDER if step else Refusal.DUPLICATE] += 1
+        elif not (provisional and step):
+            self.refused[Refusal.ORDER if step else Refusal.DUPLICATE] += 1
+            if not self._ends_a_row(counter, last):
+                return False
+            self.refused[Refusal.ORDER] -= 1
+        self._expected = follower
+        return True
+
+    def _ends_a_row(self, counter: int, last: int) -> bool:
+        """Whether enough frames in a row were out of step, and in step among themselves."""
         follows = 0 < (counter - self._stray) & 0xFF <= COUNTER_WINDOW
         # in a row: none was taken between this one and the stray before
         self._in_row = self._in_row + 1 if follows and last == self._stray_base else 1
@@ -189,7 +204,6 @@ class Receiver(Generic[Record]):
         if self._in_row < self._needed:
             return False
         self._in_row, self._needed = 0, 2 * self._needed
-        self.refused[Refusal.ORDER] -= 1
         self.leaps += 1
         return True
 

@@ -112,6 +112,16 @@ class BringUp:
             self.problem = dialogue.problem
         return () if following is None else (following,)
 
+    def hold_to_configuration(self) -> str | None:
+        """From now on every HEARTBEAT must carry the hash that its node has confirmed.
+
+        Returns:
+            What is wrong with the last one of a node, or None.
+        """
+        self.roster.configured = {node: d.hash for node, d in self._dialogues.items()}
+        reasons = (self.roster.misconfigured(node) for node in self._dialogues)
+        return next((reason for reason in reasons if reason is not None), None)
+
     @property
     def configured(self) -> bool:
         """Whether every node has confirmed its configuration."""

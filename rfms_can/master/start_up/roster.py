@@ -16,12 +16,17 @@ class Roster:
     Args:
         dbc_hash: what every node must run.
         plant: what the plant must be (``plant_hash``).
+
+    Attributes:
+        beats: last heartbeat by node.
+        configured: hash that each node has confirmed, once the bus is configured.
     """
 
-    __slots__ = ("_boots", "_dbc_hash", "_plant", "beats")
+    __slots__ = ("_boots", "_dbc_hash", "_plant", "beats", "configured")
 
     def __init__(self, dbc_hash: int, plant: int) -> None:
         self.beats: dict[int, Heartbeat] = {}
+        self.configured: dict[int, int] = {}
         self._boots: dict[int, int] = {}
         self._dbc_hash = dbc_hash
         self._plant = plant
@@ -44,7 +49,17 @@ class Roster:
         boot = self._boots.setdefault(node, beat.boot_id)
         if boot != beat.boot_id:
             return f"{name} restarted while the bus was up (boot id {beat.boot_id:#x}); reset"
-        return None
+        return self.misconfigured(node)
+
+    def misconfigured(self, node: int) -> str | None:
+        """Why the configuration a node tells of is not the one it has confirmed; None if it is."""
+        expected, beat = self.configured.get(node), self.beats.get(node)
+        if expected is None or beat is None or beat.config_hash == expected:
+            return None
+        return (
+            f"{NODE_NAMES[node]} holds configuration {beat.config_hash:#06x}, not "
+            f"{expected:#06x}, which it has confirmed"
+        )
 
     def absent(self) -> list[str]:
         """Names of nodes that have not been heard of."""
