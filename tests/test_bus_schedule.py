@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from support.bus_nodes import Talker
 from typer.testing import CliRunner
 
-from rfms_can.bus.budget import Budget, Cycle, Rows, Traffic, budget
+from rfms_can.bus.budget import OCCASIONAL, OTHER_ARMS, Budget, Cycle, Rows, Traffic, budget
 from rfms_can.bus.schedule import Stream, load, response_times
 from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
 from rfms_can.cli.budget import budget as budget_verb
 from rfms_can.errors import BusError
+from rfms_can.wire.codec import load_database
 from rfms_can.wire.frame import Frame
 
 MS = 1_000_000
@@ -43,6 +44,16 @@ def measured_ns(first_ns: list[int], worst_case: bool, payload_byte: int = 0x55)
         bus.attach(Talker(stream.name, [frame], stream.period_ns, rounds=1000, first_ns=start_ns))
     bus.run_until(120 * MS)
     return {identifier: seen.max_response_ns for identifier, seen in bus.statistics.frames.items()}
+
+
+def test_frames_that_not_every_cycle_holds_are_known_to_the_budget() -> None:
+    at_need = {
+        message.name
+        for message in load_database().messages
+        if message.send_type == "event" and message.dbc.attributes["RfmsEvery"].value
+    }
+    others = {name for name in at_need if name.startswith(OTHER_ARMS)}
+    assert at_need - others == OCCASIONAL, "list it in OCCASIONAL"
 
 
 def test_the_papers_example_needs_the_second_instance_of_c() -> None:

@@ -70,7 +70,7 @@ def test_every_path_that_is_named_exists(page: str) -> None:
     missing = []
     for span in code_spans(PAGES[page]):
         for word in re.findall(r"[\w.-]*[\w-]/[\w./-]*|[\w-]+\.(?:py|md|toml|dbc)", span):
-            if word.startswith(("/", "vcan")) or word in ("docs/", "CHANGELOG.md"):
+            if word.startswith(("/", ".venv/")):  # the environment may be elsewhere
                 continue
             places = (ROOT / word, PACKAGE / word, *_parts_of_a_joint(word, page))
             if not any(place.exists() for place in places):

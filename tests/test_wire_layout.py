@@ -215,6 +215,7 @@ def test_the_hash_is_that_of_the_layout(tmp_path: Path) -> None:
         "line ends": text.replace(b"\n", b"\r\n"),
         "a comment": text.replace(b"Start of a control cycle", b"A control cycle begins", 1),
         "a fault": text.replace(b' "EMERGENCY_STOP"', b' "EMERGENCY_STOP" 39 "MORE"'),
+        "a law": text.replace(b' "WEIGHTED"', b' "WEIGHTED" 15 "MORE"'),
         "a parameter": text.replace(b'255 "COMMIT"', b'100 "MORE" 255 "COMMIT"'),
     }
     other = {
