@@ -8,6 +8,7 @@ from support.joint_bench import JointBench
 
 from rfms_can.arm import ARMS, PUMA_260, Arm
 from rfms_can.errors import KinematicsError
+from rfms_can.joint_nodes import field_node
 from rfms_can.joint_nodes.controller import JointController
 from rfms_can.joint_nodes.field_node import FieldNode, Parameters
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
@@ -63,6 +64,7 @@ class LifeBench(FieldNodeBench[FieldNode]):
 
     def __init__(self, wire: Wire) -> None:
         self.built: list[Listener] = []
+        self.heard_of: Parameters = {}
         self.dropped = 0
         node = FieldNode(3, wire, 3, frozenset(LIFE), frozenset(), self.build, self.drop)
         super().__init__(node, wire, LIFE)
@@ -70,6 +72,7 @@ class LifeBench(FieldNodeBench[FieldNode]):
     def build(self, parameters: Parameters) -> Listener:
         if parameters[Parameter.KP] == 0.0:
             raise KinematicsError("an arm that this node cannot solve")
+        self.heard_of = parameters
         self.built.append(Listener())
         return self.built[-1]
 
@@ -101,6 +104,18 @@ def test_a_refused_or_changed_configuration_leaves_no_controller(wire: Wire) -> 
     assert len(bench.built) == 1
     assert bench.node.controller is None
     assert bench.node.config_hash == 0
+
+
+def test_a_master_that_does_not_know_a_parameter_leaves_its_default(
+    wire: Wire, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = LifeBench(wire)
+    del bench.parameters[Parameter.KP]
+    assert bench.dialogue()[-1].values.status == ConfigStatus.WRONG_HASH  # it is needed
+    monkeypatch.setattr(field_node, "DEFAULTS", {Parameter.KP: 3.0})
+    monkeypatch.setattr(bench.node, "_needed", frozenset(bench.parameters))
+    bench.configure()
+    assert bench.heard_of == pytest.approx({**bench.parameters, Parameter.KP: 3.0})
 
 
 @pytest.mark.parametrize("clock", Clock)

@@ -11,7 +11,7 @@ from rfms_can.master.start_up import configurator
 from rfms_can.master.start_up.configurator import Configurator
 from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.node.protocol import Node
-from rfms_can.wire.configuration import configuration_hash
+from rfms_can.wire.configuration import JOINT_PARAMETERS, configuration_hash
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
@@ -181,7 +181,7 @@ def test_a_parameter_that_an_earlier_node_does_not_know_is_left_out(
     wire: Wire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its default holds; the hash is that of what the node has taken."""
-    needed = configurator.JOINT_PARAMETERS - {Parameter.KI}
+    needed = JOINT_PARAMETERS - {Parameter.KI}
     monkeypatch.setattr(configurator, "JOINT_PARAMETERS", needed)
     dialogue = Configurator(3, {Parameter.KP: 2.5, Parameter.KI: 1.5}, wire.sender(Config, 3))
     dialogue.acknowledge(ConfigAck(Parameter.KP, ConfigStatus.TAKEN, 2.5, 0))

@@ -15,6 +15,7 @@ from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.configuration import (
+    DEFAULTS,
     PARAMETERS,
     Clock,
     configuration_hash,
@@ -339,7 +340,7 @@ class FieldNode(Endpoint):
         if contradiction(p) is not None:
             return ConfigStatus.REFUSED_VALUE
         try:
-            self.controller = self._build(p)
+            self.controller = self._build({**DEFAULTS, **p})
         except KinematicsError:
             return ConfigStatus.UNSUPPORTED
         self.config_hash = digest

@@ -55,6 +55,7 @@ class ParameterRange(NamedTuple):
         signed: either sign, but not less than ``low`` in magnitude.
         whole: a whole number.
         gripper: whether the gripper has it too.
+        default: what holds where it is not sent; None: it must be, as all of contract 2.0.
     """
 
     unit: str
@@ -63,6 +64,7 @@ class ParameterRange(NamedTuple):
     signed: bool = False
     whole: bool = False
     gripper: bool = False
+    default: float | None = None
 
     def refusal(self, value: float) -> str | None:
         """Why a value cannot be taken, with the bound it breaks; None if it can."""
@@ -129,9 +131,11 @@ PARAMETERS: Final[dict[Parameter, ParameterRange]] = complete(
 )
 """All parameters but COMMIT, which closes a set. A joint needs every one."""
 
-JOINT_PARAMETERS: Final = frozenset(PARAMETERS)
-"""Those a joint needs: all of contract 2.0. One that is added later has a default and is left out
-here, so that a master which does not know it can configure the joint all the same."""
+JOINT_PARAMETERS: Final = frozenset(p for p, r in PARAMETERS.items() if r.default is None)
+"""Those a joint needs: all of contract 2.0. A master that does not know one added later configures
+the joint all the same."""
+DEFAULTS: Final = {p: r.default for p, r in PARAMETERS.items() if r.default is not None}
+"""What holds for those that were not sent."""
 GRIPPER_PARAMETERS: Final = frozenset(p for p, known in PARAMETERS.items() if known.gripper)
 """Those the gripper needs."""
 
