@@ -2,9 +2,9 @@
 
 Zhang (1986), III.3.4, as this package implements it: the same objects the master runs, with its
 default, continuous blend (``ThesisPlanner``) or with the matching polynomial of the thesis, (3.17)
-to (3.19) and row 3 of Table 3.3 (``as_printed``: what ``rfms run --blend thesis`` sends to the
-joints). The corrections of the rest (turns, configurations, the rate of a Cartesian segment's start,
-hand-overs in time) hold for both. A cycle is one ``TrajectoryGenerator.tick`` and one
+to (3.19) and row 3 of Table 3.3 (``as_printed``: what the joints do under ``--blend thesis``). The
+corrections of the rest (turns, configurations, hand-overs in time, the rate of the start of a
+Cartesian segment) hold for both. A cycle is one ``TrajectoryGenerator.tick`` and one
 ``CommandedTrajectory.check``, which solves all six joints and looks at their limits; what a part
 of it costs in its node is less. Planning before a move is accepted is not in it.
 """
