@@ -1,9 +1,12 @@
 """The arms' data: derived quantities, published anchors, and errors that list what exists."""
 
+import importlib
+import pkgutil
 from math import pi
 
 import pytest
 
+import rfms_can.arm
 from rfms_can.arm import ARMS, JOINT_COUNT, PUMA_260, PUMA_560, Arm, arm_by_name, friction_set
 from rfms_can.errors import ArmError
 
@@ -50,10 +53,24 @@ def test_published_inertias_are_kept_and_corrections_make_them_possible(arm: Arm
         x, y, z = link.physical_inertia
         assert x + y >= z and y + z >= x and x + z >= y
         assert link.physical_mass > 0.0
+
+
+@pytest.mark.parametrize("arm", [PUMA_260, PUMA_560], ids=lambda arm: arm.name)
+def test_a_pumas_links_1_and_3_are_corrected_with_a_reason(arm: Arm) -> None:
     assert [link.correction is not None for link in arm.links] == [True, False, True] + [False] * 3
     correction = arm.links[2].correction
     assert correction is not None and "exceeds xx + zz" in correction.reason
     assert arm.links[2].inertia[1] > correction.inertia[1]
+
+
+def test_every_arm_that_is_written_down_exists_under_its_name() -> None:
+    written: list[Arm] = []
+    for module in pkgutil.iter_modules(rfms_can.arm.__path__, "rfms_can.arm."):
+        values = vars(importlib.import_module(module.name)).values()
+        written += [value for value in values if isinstance(value, Arm)]
+    assert {arm.name for arm in written} == set(ARMS), "an Arm that is not in ARMS"
+    assert all(ARMS[arm.name] is arm for arm in written)
+    assert len({arm.arm_id for arm in ARMS.values()}) == len(ARMS), "arm_id given twice"
 
 
 @arms
@@ -77,7 +94,7 @@ def test_board_scale_spans_torque_speed_and_range(arm: Arm, joint: int) -> None:
 
 def test_unknown_names_are_answered_with_the_known_ones() -> None:
     assert arm_by_name("puma560") is PUMA_560
-    with pytest.raises(ArmError, match="no arm 'puma700'; there are: puma260, puma560"):
+    with pytest.raises(ArmError, match=f"no arm 'puma700'; there are: {', '.join(ARMS)}"):
         arm_by_name("puma700")
     with pytest.raises(ArmError, match=r"puma260 has no friction set 'ice'.*corke, thesis, none"):
         friction_set(PUMA_260, "ice")

@@ -1,22 +1,38 @@
 """Bus URLs: what they name, and what the refusals say."""
 
+import re
+
 import can
 import pytest
 
 from rfms_can.bus.driver import PythonCanPort, open_port
-from rfms_can.bus.url import parse_bus_url
+from rfms_can.bus.url import GRAMMAR, HUB, OWN, SIM, SOCKETCAN, parse_bus_url
 from rfms_can.errors import BusError
+from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
 
 NOTHING_HEARD: frozenset[int] = frozenset()
+TAKEN = complete({SIM: "sim", HUB: "hub:bench-1", SOCKETCAN: "socketcan:vcan0"}, OWN)
+"""A URL of each of our own buses."""
+ABSENT = complete(
+    {
+        SIM: ("sim", "rfms hub NAME"),
+        HUB: ("hub:nobody-runs-this", "rfms hub nobody-runs-this"),
+        SOCKETCAN: ("socketcan:rfmsnone0", "ip link add rfmsnone0"),
+    },
+    OWN,
+)
+"""A URL that names none, and the way out of the refusal."""
+
+
+def test_the_grammar_names_every_bus_of_our_own() -> None:
+    assert [word for word in OWN if word not in re.split(r"\W+", GRAMMAR)] == []
 
 
 @pytest.mark.parametrize(
     ("text", "interface", "channel", "options"),
     [
-        ("sim", "sim", "", {}),
-        ("hub:bench-1", "hub", "bench-1", {}),
-        ("socketcan:vcan0", "socketcan", "vcan0", {}),
+        *((text, word, text.partition(":")[2], {}) for word, text in TAKEN.items()),
         ("udp_multicast:239.0.0.1", "udp_multicast", "239.0.0.1", {}),
         ("virtual:x?fd=false", "virtual", "x", {"fd": False}),
         ("slcan:/dev/ttyACM0@115200", "slcan", "/dev/ttyACM0@115200", {}),
@@ -65,10 +81,8 @@ def test_a_refusal_shows_the_grammar_and_an_example(text: str) -> None:
 @pytest.mark.parametrize(
     ("url", "way_out"),
     [
-        ("sim", "rfms hub NAME"),
-        ("hub:nobody-runs-this", "rfms hub nobody-runs-this"),
+        *ABSENT.values(),
         ("hub:no/name", "letters, digits"),
-        ("socketcan:rfmsnone0", "ip link add rfmsnone0"),
         ("nosuchinterface:0", "python-can's interfaces are"),
     ],
 )

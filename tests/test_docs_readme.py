@@ -7,6 +7,7 @@ import draw_candump
 import pytest
 from generated import with_section
 
+from rfms_can.bus.url import OWN
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
@@ -20,6 +21,12 @@ def test_relative_links_lead_to_files(page: Path) -> None:
     links = re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
     missing = [link for link in links if "://" not in link and not (page.parent / link).is_file()]
     assert missing == []
+
+
+def test_every_bus_of_our_own_has_its_row() -> None:
+    buses = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Buses")[2]
+    rows = [line for line in buses.splitlines() if line.startswith("| `")]
+    assert [word for word in OWN if not any(f"`{word}" in row for row in rows)] == []
 
 
 @pytest.mark.system

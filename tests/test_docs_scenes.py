@@ -5,6 +5,7 @@ import math
 import re
 from pathlib import Path
 
+import draw_scenes
 import pytest
 from pytest import approx
 
@@ -38,7 +39,9 @@ def test_every_key_stands_there_with_its_bounds() -> None:
 
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "free"])
 def test_every_place_and_tip_is_where_it_says(name: str) -> None:
-    (row,) = (row for row in ROWS if row[0] == name and len(row) == 4)
+    rows = [row for row in ROWS if row[0] == name and len(row) == 4]
+    assert len(rows) == 1, f"docs/scenes.md: one row for {name} in the table of scenes"
+    (row,) = rows
     scene = scene_from(name, "puma560")
     assert scene.tool is not None
     numbers = re.search(r"\(([\d.]+), ([\d.]+), ([\d.]+)\) m", row[3])
@@ -50,6 +53,11 @@ def test_every_place_and_tip_is_where_it_says(name: str) -> None:
         assert 1e3 * scene.tool.tip.pz == approx(float(tip[1]))
         mass = re.search(r"([\d.]+) kg", row[1])
         assert mass is not None and scene.tool.mass == approx(float(mass[1]), abs=5e-3)
+
+
+def test_every_scene_is_pictured() -> None:
+    pictured = {view.scene.partition(":")[0] for view in draw_scenes.VIEWS}
+    assert pictured == set(SCENES) - {"free"}
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from support.scene import SceneBench
 from rfms_can.arm import PUMA_560
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.plant.scene import STEEL
+from rfms_can.plant.scene.catalogue import SCENES
 from rfms_can.plant.scene.corner import CORNER
 from rfms_can.plant.scene.curved import CROWN
 from rfms_can.plant.scene.peg_in_hole import HOLE
@@ -40,6 +41,11 @@ PRESSED = [
     # the tip looks down: its x is the wall's -x
     pytest.param("corner", at(CORNER, x=-0.020, y=-0.1), X, 4, id="face on the other wall"),
 ]
+
+
+def test_something_is_pressed_on_in_every_scene() -> None:
+    pressed = {str(case.values[0]) for case in PRESSED}
+    assert pressed == set(SCENES) - {"free", "peg"}, "the peg's own test: test_plant_scene.py"
 
 
 @pytest.mark.parametrize(("scene", "tip", "axis", "points"), PRESSED)

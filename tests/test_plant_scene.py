@@ -1,13 +1,18 @@
 """A peg and a hole in the plant: what fits goes in, what does not is pushed back, and is felt."""
 
+import importlib
 import math
+import pkgutil
 
 import numpy as np
 import pytest
 from pytest import approx
 from support.scene import SceneBench
 
+from rfms_can.arm import PUMA_560
+from rfms_can.plant import scene
 from rfms_can.plant.scene import Kind
+from rfms_can.plant.scene.catalogue import SCENES, scene_from
 from rfms_can.plant.scene.peg_in_hole import HOLE, PegInHole
 from rfms_can.transform import Transform
 
@@ -37,6 +42,20 @@ class PegBench(SceneBench):
 def at(x: float, z: float) -> Transform:
     """The pose of the tip with the end of the peg at an offset from the mouth of the hole."""
     return HOLE @ Transform.translation(x, 0.0, z) @ DOWN
+
+
+def test_every_file_that_builds_a_scene_is_in_the_catalogue() -> None:
+    builders = {}
+    for module in pkgutil.iter_modules(scene.__path__, "rfms_can.plant.scene."):
+        if hasattr(found := importlib.import_module(module.name), "build"):
+            builders[module.name] = found.build
+    known = {entry.build for entry in SCENES.values()}
+    assert [name for name, build in builders.items() if build not in known] == []
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_calls_itself_what_the_catalogue_calls_it(name: str) -> None:
+    assert scene_from(name, PUMA_560.name).name == name
 
 
 def test_the_facets_are_within_a_tenth_of_the_clearance() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rfms_can.arm import PUMA_260, PUMA_560, Arm
+from rfms_can.arm import ARMS, Arm
 from rfms_can.wire.configuration import (
     GRIPPER_PARAMETERS,
     PARAMETERS,
@@ -59,7 +59,7 @@ def test_a_period_that_cannot_be_is_refused(value: float) -> None:
     assert PARAMETERS[Parameter.PERIOD].refusal(value) is not None
 
 
-@pytest.mark.parametrize("arm", [PUMA_260, PUMA_560], ids=lambda arm: arm.name)
+@pytest.mark.parametrize("arm", ARMS.values(), ids=lambda arm: arm.name)
 def test_the_geometry_of_an_arm_crosses_the_wire_without_a_digit_lost(arm: Arm) -> None:
     rows = tuple(DhRow(a, d, alpha) for alpha, a, d in arm.dh)
     values = {p: float32(value) for p, value in geometry_values(rows).items()}

@@ -1,11 +1,14 @@
 """What travels is used: a message is sent and heard, a parameter is known to who needs it."""
 
+import ast
+import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, Final
 
 import pytest
 from support.fleet import Fleet
-from support.wire_messages import MESSAGES
+from support.wire_messages import MESSAGES, kind_of, payload_of
 
 from rfms_can.arm import PUMA_260
 from rfms_can.joint_nodes.field_node import Parameters
@@ -25,6 +28,8 @@ from rfms_can.wire.nodes import DBC_NAMES, GRIPPER, JOINTS, MASTER, PLANT
 from rfms_can.wire.protection import Receiver, Sender
 from rfms_can.wire.records import Config
 from rfms_can.wire.vocabulary import ConfigStatus, Parameter
+
+# --- messages -----------------------------------------------------------------------------------
 
 OURS: Final = {DBC_NAMES[n] for n in (*JOINTS, GRIPPER, MASTER, PLANT)}
 """The nodes of this package; boards and a force sensor of their own are other people's."""
@@ -97,6 +102,70 @@ def test_nodes_send_and_hear_only_what_the_contract_gives_them() -> None:
         name = DBC_NAMES[number]
         assert {m for m in wire.sent if name not in senders[m]} == set()
         assert {m for m in wire.heard if name not in receivers[m]} == set()
+
+
+# --- signals ------------------------------------------------------------------------------------
+
+BY_POSITION: Final = re.compile(r"[fmoap]_[xyz]|(joint|torque|law|inertia)_[1-6]")
+"""Elements of vectors: records are sliced where these are read."""
+RESERVED: Final = {("SYNC", "reserved"), ("SETPOINT", "reserved"), ("ROWS", "reserved")}
+NOT_READ: Final = RESERVED | {
+    ("MEASURE", "index_seen"),  # for tools: a node reads the latched count of REFERENCE
+    ("MEASURE", "board_fault"),  # of boards that are nodes
+    ("FORCE", "saturated"),  # the estimate has its own bound of what can be measured
+    ("HEARTBEAT", "bus_offs"),  # for tools
+    ("HEARTBEAT", "overflows"),  # for tools
+}
+"""Signals that none of our nodes reads, and why."""
+QUIET: Final = RESERVED | {
+    ("MEASURE", "board_fault"),
+    ("HEARTBEAT", "bus_offs"),  # only its controller knows
+    ("HEARTBEAT", "overflows"),
+    # what a start, a rigid move in joint coordinates and a healthy bus do not provoke
+    *{("HEARTBEAT", "error_register"), ("HEARTBEAT", "discarded"), ("CONFIG_ACK", "status")},
+    *{("NMT", "node"), ("NMT", "argument"), ("FORCE", "saturated"), ("DAC", "force_dac")},
+    *{("ROWS", "damping"), ("ROWS", "selection"), ("ROWS", "specification")},
+    *{("SETPOINT", "mode"), ("SETPOINT", "extras"), ("GRIPPER", "command"), ("GRIPPER", "force")},
+}
+"""Signals that stay 0 in the run of the test below."""
+OCCASIONAL: Final = {"ESTOP", "EMCY", "COMPLY", "BIAS", "JOINT_SETPOINT", "POSITION"}
+"""Messages that this run does not provoke, or that nothing sends yet."""
+
+
+def test_something_reads_every_signal_but_those_listed() -> None:
+    """By name: an attribute that is called so, anywhere in the package."""
+    read = {
+        node.attr
+        for path in (Path(__file__).parents[1] / "rfms_can").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load)
+    }
+    unread = {
+        (kind_of(message), signal.name)
+        for message in MESSAGES
+        for signal in payload_of(message)
+        if signal.name not in read and not BY_POSITION.fullmatch(signal.name)
+    }
+    assert unread == NOT_READ, "read it, or list it in NOT_READ with the reason"
+
+
+def test_every_signal_but_those_listed_is_filled_in_an_ordinary_run(wire: Wire) -> None:
+    fleet = Fleet(wire, arm="puma560", scene="peg", sensor="good").enable()
+    fleet.move((0.05,) * 6, 0.3)
+    fleet.run(100)
+    values: dict[tuple[str, str], set[float]] = {}
+    kinds = {message.frame_id: kind_of(message) for message in MESSAGES}
+    for frame in fleet.pump.sent:
+        record = fleet.reader.read(frame).values
+        for name, value in zip(record._fields, record, strict=True):
+            values.setdefault((kinds[frame.id], name), set()).add(value)
+    absent = set(kinds.values()) - {kind for kind, _ in values}
+    assert absent == OCCASIONAL, "send it, or list it in OCCASIONAL"
+    quiet = {signal for signal, seen in values.items() if seen == {0}}
+    assert quiet == QUIET, "fill it, or list it in QUIET with the reason"
+
+
+# --- parameters ---------------------------------------------------------------------------------
 
 
 class Noting(dict[Parameter, float]):

@@ -130,11 +130,13 @@ def _draw_links(scene: Any, model: Any, data: Any) -> None:
 
 def draw(out: Path) -> Path:
     """The sheet with all of them."""
-    figure = Figure(figsize=(9.0, 7.4), layout="constrained")
-    for axes, view in zip(figure.subplots(2, 2).flat, VIEWS, strict=True):
-        axes.imshow(render(view))
-        axes.set_title(view.title, fontsize=10, color=INK)
+    rows = -(-len(VIEWS) // 2)
+    figure = Figure(figsize=(9.0, 3.7 * rows), layout="constrained")
+    for number, axes in enumerate(figure.subplots(rows, 2).flat):
         axes.axis("off")
+        if number < len(VIEWS):
+            axes.imshow(render(VIEWS[number]))
+            axes.set_title(VIEWS[number].title, fontsize=10, color=INK)
     path = out / "scenes.png"
     figure.savefig(path, dpi=100)
     return path

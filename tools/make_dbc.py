@@ -8,12 +8,13 @@ periods, the hash of the layout, the rule of the counters.
 import argparse
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from rfms_can.wire.codec import database_hash
+from rfms_can.wire.frame import FD_LENGTHS
 
 ROOT = Path(__file__).resolve().parents[1]
 TEMPLATE = Path(__file__).with_name("dbc_template.toml")
@@ -122,8 +123,11 @@ class Template:
             event = block.get("event", False)
             every = block.get("every", 0)
             senders = self._people(block["senders"], words)
+            name = block["name"].format(**words)
+            signals = tuple(self._signals(block, words))
+            _require_room(name, block["length"], signals)
             yield Message(
-                name=block["name"].format(**words),
+                name=name,
                 id=block["id"] + number,
                 length=block["length"],
                 every=every,
@@ -140,7 +144,7 @@ class Template:
                 comment=(comment if isinstance(comment, str) else comment[str(number)]).format(
                     **words
                 ),
-                signals=tuple(self._signals(block, words)),
+                signals=signals,
             )
 
     def _people(self, who: str | list[str], words: dict[str, Any]) -> tuple[str, ...]:
@@ -177,6 +181,21 @@ class Template:
             comment=entry["comment"].format(**words),
             first=entry.get("start", low if low == high else 0),
             values=entry.get("values", ""),
+        )
+
+
+def _require_room(name: str, length: int, signals: Sequence[Signal]) -> None:
+    """Signals end inside the message.
+
+    Raises:
+        SystemExit: they do not; names the length that does.
+    """
+    needed = signals[-1].start + signals[-1].length
+    if needed > 8 * length:
+        enough = next((size for size in sorted(FD_LENGTHS) if 8 * size >= needed), None)
+        way_out = f"give it length = {enough}" if enough else "no CAN FD frame is as long"
+        sys.exit(
+            f"{name}: its signals need {needed} bits, {length} bytes hold {8 * length}: {way_out}"
         )
 
 

@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from rfms_can.errors import EncodeError, KinematicsError
+from rfms_can.errors import EncodeError
+from rfms_can.joint_nodes.angle_solver import AngleSolver
 from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.homing import Homing
@@ -19,18 +20,13 @@ from rfms_can.joint_nodes.servo import Servo, ServoTerms
 from rfms_can.joint_nodes.state_actions import STATE_ACTIONS, StateAction, TorqueSource
 from rfms_can.joint_nodes.states import Event
 from rfms_can.joint_nodes.stop_ramp import StopRamp
-from rfms_can.kinematics import Configuration, JointSolver, SphericalWrist
 from rfms_can.node.encoder_reference import AMBIGUITY, EncoderReference
 from rfms_can.setpoint import JointSetpoint
-from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.setpoint.frames import setpoint_of
-from rfms_can.transform import Transform
-from rfms_can.wire.configuration import Kinematics, geometry_rows
 from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import (
     Dac,
-    JointAngles,
     JointError,
     Measure,
     Reference,
@@ -48,12 +44,6 @@ RANGE_MARGIN_RAD: Final = 0.05
 """Joint angle beyond the range, rad, at which torque goes off: the hard stop is near."""
 MAX_CYCLE_GAP: Final = 4
 """Largest gap of SYNC's cycle that is accounted for; the ladder stops the joint before a longer."""
-_WRIST_JOINT: Final = 1 << 3
-"""Bit of joint 4, whose angle all joints hold where the wrist is straight."""
-
-Solve = Callable[[Transform, Configuration, float], float]
-"""Solves one joint: see ``setpoint.joint``."""
-
 # members of enumerations that every cycle needs: a name of a module is found ten times as fast
 _SERVO: Final = TorqueSource.SERVO
 _STOP_RAMP: Final = TorqueSource.STOP_RAMP
@@ -161,7 +151,7 @@ class JointController:
         self.homing = Homing(p, self.encoder, self.servo)
         self.trajectory = JointSetpoint(self._period)
         self.ramp: StopRamp | None = None
-        self._solver = _solver_of(p, node.number)
+        self._solver = AngleSolver(p, node.number)
         self._master = Cause(MASTER, node.wire.id(Setpoint, 1))
         self._board = Cause(int(p[Parameter.SENSOR_SOURCE]), node.wire.id(Measure, node.number))
         self.theta = self.speed = self.torque = 0.0
@@ -286,9 +276,10 @@ class JointController:
             return
         before, rate_before = trajectory.theta + self._displacement, trajectory.rate
         cartesian = setpoint_of(setpoint, inputs.second_setpoint)
-        solve: Solve = self._solver.solve
+        solve = self._solver.solve
         if inputs.joint_setpoint is not None:
-            solve = self._solve_with(inputs.joint_setpoint, cartesian)
+            given = (inputs.joint_setpoint, inputs.second_joint_setpoint)
+            solve = self._solver.given(cartesian, *given)
         theta = trajectory.tick(cartesian, solve)
         if math.isnan(theta):
             return  # refused as a whole: counted as a missing set-point at the next SYNC
@@ -313,23 +304,6 @@ class JointController:
         node.ladder.clear(_SETPOINT_MISSING)
         node.send(frame)
         inputs.take_error(self._index, error, rate, acceleration)
-
-    def _solve_with(self, first: JointAngles, setpoint: CartesianSetpoint) -> Solve:
-        """What gives the joint's angle of each pose: JOINT_SETPOINT if it has its bit, else T6."""
-        second = self._inputs.second_joint_setpoint
-        index, own_bit, solver = self._index, self._own_bit, self._solver
-        for given in (first, second):
-            if given is not None and given.joints & _WRIST_JOINT:
-                solver.hold(given.joint_4)
-
-        def solve(pose: Transform, configuration: Configuration, previous: float) -> float:
-            given = first if pose is setpoint.T6_1 else second
-            if given is None or not given.joints & own_bit:
-                return solver.solve(pose, configuration, previous)
-            angle = given[index]
-            return angle if self._position_min <= angle <= self._position_max else math.nan
-
-        return solve
 
     # --- 3. torque ----------------------------------------------------------------------------
 
@@ -469,29 +443,3 @@ class JointController:
         """A cycle without a set-point (R1): the last one stays, its history goes on."""
         self.trajectory.miss()
         self._cycles_held += 1
-
-
-class NoClosedForm:
-    """Stands where the master solves: a joint that is given no angle has none."""
-
-    def hold(self, theta4: float) -> None:
-        """Nothing to hold."""
-
-    def solve(self, _pose: Transform, _configuration: Configuration, _previous: float) -> float:
-        """NaN: no solution."""
-        return math.nan
-
-
-def _solver_of(parameters: Parameters, joint: int) -> JointSolver | NoClosedForm:
-    """What solves the joint's angle from T6.
-
-    Raises:
-        KinematicsError: the configuration asks for a closed form that this node does not have.
-    """
-    p, name = parameters, f"arm {parameters[Parameter.ARM_ID]:g}"
-    if p[Parameter.KINEMATICS] == Kinematics.BY_MASTER:
-        return NoClosedForm()
-    if p[Parameter.KINEMATICS] != Kinematics.SPHERICAL_WRIST:
-        raise KinematicsError(f"{name}: KINEMATICS {p[Parameter.KINEMATICS]:g} is not known here")
-    limits = ((p[Parameter.POSITION_MIN], p[Parameter.POSITION_MAX]),) * len(JOINTS)
-    return JointSolver(SphericalWrist.of(geometry_rows(p), limits, name), joint)

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rfms_can.arm import PUMA_260, PUMA_560
+from rfms_can import arm as arms
 from rfms_can.transform import Transform
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-ARMS = (PUMA_260, PUMA_560)
+ARMS = tuple(arms.ARMS.values())
 
 
 @cache
