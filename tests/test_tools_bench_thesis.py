@@ -18,7 +18,9 @@ from thesis_times import FIGURES, Figure, Row
 ROOT = Path(__file__).parents[1]
 TOOL = ROOT / "tools" / "bench_thesis.py"
 PAGE = (ROOT / "docs" / "thesis-times.md").read_text(encoding="utf-8")
-FEW = ("--repeats", "2", "--batches", "1", "--cycles", "5")
+FEW = ("--repeats", "2", "--batches", "1", "--rounds", "1", "--cycles", "5")
+
+SETTINGS = ("arm", "rate_hz", "repeats", "batches", "rounds", "cycles")
 
 IN_1986 = {
     "t6": ("VI.4.7", 0.005),
@@ -78,11 +80,12 @@ def test_every_figure_has_a_measure_and_every_measure_a_figure() -> None:
 
 
 def test_json_has_every_row_with_finite_positive_numbers(printed: dict[str, Any]) -> None:
-    assert {key: printed[key] for key in ("arm", "rate_hz", "repeats", "batches", "cycles")} == {
+    assert {key: printed[key] for key in SETTINGS} == {
         "arm": "puma260",
         "rate_hz": 250.0,
         "repeats": 2,
         "batches": 1,
+        "rounds": 1,
         "cycles": 5,
     }
     assert [row["key"] for row in printed["rows"]] == list(IN_1986)
@@ -117,7 +120,7 @@ def test_the_page_has_the_rows_and_the_figures_of_1986() -> None:
         expected = bench_thesis.cells(Row(figure, figure.value))
         assert (cells[0], cells[1], cells[2], cells[5]) == (*expected[:3], expected[5])
     usual = Settings()
-    for name in ("arm", "repeats", "batches", "cycles"):
+    for name in ("arm", "repeats", "batches", "rounds", "cycles"):
         assert f"| `--{name}` | {getattr(usual, name)} |" in PAGE
 
 
@@ -126,7 +129,7 @@ def test_the_table_is_printed_with_what_made_it() -> None:
     assert ended.returncode == 0, ended.stderr
     for figure in FIGURES:
         assert figure.operation in ended.stdout
-    assert "puma560, 200 Hz; the least of 1 batches of 2 calls" in ended.stdout
+    assert "puma560, 200 Hz; the best of 1 rounds of 1 batches of 2 calls" in ended.stdout
 
 
 @pytest.mark.parametrize(
@@ -136,7 +139,9 @@ def test_the_table_is_printed_with_what_made_it() -> None:
         (("--rate", "5"), "--rate 5 is not in 20 to 300 Hz"),
         (("--rate", "nan"), "--rate nan is not in 20 to 300 Hz"),
         (("--repeats", "0"), "--repeats 0: give at least 1"),
+        (("--rounds", "0"), "--rounds 0: give at least 1"),
         (("--cycles", "-1"), "--cycles -1: give at least 1"),
+        (("--cycles", "40000"), "--cycles 40000: at most 30000, then the arm rests"),
         (("--json", "--write"), "not allowed with argument"),
     ],
 )

@@ -15,7 +15,7 @@ from typing import Any, Final
 from generated import DOCS, table, with_section
 from rich.console import Console
 from rich.table import Table
-from thesis_operations import Settings, measure
+from thesis_operations import MOVING_CYCLES, Settings, measure
 from thesis_times import FIGURES, Row
 
 from rfms_can.arm import ARMS
@@ -35,7 +35,13 @@ def arguments() -> tuple[Settings, argparse.Namespace]:
     parser.add_argument("--rate", type=float, default=usual.rate_hz, help="control rate, Hz")
     parser.add_argument("--repeats", type=int, default=usual.repeats, help="calls in a batch")
     parser.add_argument(
-        "--batches", type=int, default=usual.batches, help="of each operation; the least counts"
+        "--batches", type=int, default=usual.batches, help="of each operation in a round"
+    )
+    parser.add_argument(
+        "--rounds",
+        type=int,
+        default=usual.rounds,
+        help="over all operations; the best batch counts",
     )
     parser.add_argument(
         "--cycles", type=int, default=usual.cycles, help="of the whole loop in a batch"
@@ -46,11 +52,20 @@ def arguments() -> tuple[Settings, argparse.Namespace]:
     options = parser.parse_args()
     if not 20.0 <= options.rate <= 300.0:
         parser.error(f"--rate {options.rate:g} is not in 20 to 300 Hz")
-    for name in ("repeats", "batches", "cycles"):
+    for name in ("repeats", "batches", "rounds", "cycles"):
         if getattr(options, name) < 1:
             parser.error(f"--{name} {getattr(options, name)}: give at least 1")
+    if options.cycles > MOVING_CYCLES:
+        parser.error(f"--cycles {options.cycles}: at most {MOVING_CYCLES}, then the arm rests")
     return (
-        Settings(options.arm, options.rate, options.repeats, options.batches, options.cycles),
+        Settings(
+            arm=options.arm,
+            rate_hz=options.rate,
+            repeats=options.repeats,
+            batches=options.batches,
+            rounds=options.rounds,
+            cycles=options.cycles,
+        ),
         options,
     )
 
@@ -118,9 +133,10 @@ def show(settings: Settings, rows: list[Row]) -> None:
 def how(settings: Settings) -> str:
     """The settings, as a sentence."""
     return (
-        f"{settings.arm}, {settings.rate_hz:g} Hz; the least of {settings.batches} batches of "
-        f"{settings.repeats} calls (fewer where a call takes long), {settings.cycles} cycles of "
-        f"the loop; CPython {platform.python_version()}, one core, {platform.machine()}"
+        f"{settings.arm}, {settings.rate_hz:g} Hz; the best of {settings.rounds} rounds of "
+        f"{settings.batches} batches of {settings.repeats} calls (fewer where a call takes long), "
+        f"{settings.cycles} cycles of the loop in a batch; CPython {platform.python_version()}, "
+        f"one core, {platform.machine()}"
     )
 
 

@@ -48,8 +48,8 @@ FIGURES: Final = (
            "hybrid law while the arm complies: row times six errors, PID, six integrals, gravity, "
            "row of M times six accelerations, friction, clamp, DAC code"),
     Figure("joint", "one joint processor, a cycle", "VI.4.7", "s", 4e-3, "about 4 ms",
-           "the dearest of six nodes in motion: all of its frames received, checked and sent as "
-           "well, and the safety ladder"),
+           "the dearest of six nodes in motion, median of its cycles: all of its frames received, "
+           "checked and sent as well, and the safety ladder"),
     Figure("setpoint", "Cartesian set-point, START of a transition", "VI.4.7", "s", 8.27e-3,
            "5 ms and 3.27 ms", "the generator's tick in which a straight line takes over: T6 of "
            "T6 A = B C for both goals, drive transform, where the transition starts"),
