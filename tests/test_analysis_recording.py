@@ -43,6 +43,11 @@ def test_every_cycle_is_there_once_and_whole(recording: Recording, recorded: Pat
         assert np.isfinite(values).all()
 
 
+def test_the_blend_is_that_of_the_settings(recorded: Path, recording: Recording) -> None:
+    settings = json.loads((recorded / "settings.json").read_text())["settings"]
+    assert recording.blend == settings["blend"] == "continuous"
+
+
 def test_commanded_less_measured_is_the_error_the_nodes_sent(recording: Recording) -> None:
     difference = recording.commanded - recording.q
     assert np.abs(difference - recording.log.errors).max() < 1e-5  # float32 on the wire

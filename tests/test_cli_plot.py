@@ -11,7 +11,7 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
-from rfms_can.analysis.canvas import PlotError
+from rfms_can.analysis.canvas import PlotError, Sheet
 from rfms_can.analysis.motions import thesis_motions
 from rfms_can.analysis.plots import (
     QUANTITIES,
@@ -53,6 +53,10 @@ def rfms_plot() -> Run:
     app = typer.Typer()
     app.command()(plot)
     return lambda *arguments: CliRunner().invoke(app, [str(word) for word in arguments])
+
+
+def _words(sheet: Sheet) -> str:
+    return " ".join(text.get_text() for text in sheet.figure.texts)
 
 
 def names(directory: Path) -> list[str]:
@@ -124,6 +128,7 @@ def test_thesis_figures_show_the_three_motions_to_one_scale(recording: Recording
     assert [number for number, _ in sheets] == ["3.3", "3.4", "3.5"]
     scales = [[axes.get_ylim() for axes in sheet.panels] for _, sheet in sheets]
     assert scales[0] == scales[1] == scales[2]
+    assert all("continuous blend" in _words(sheet) for _, sheet in sheets)
     peaks = [
         [np.nanmax(np.abs(axes.lines[0].get_ydata())) for axes in sheet.panels]
         for _, sheet in sheets

@@ -158,6 +158,7 @@ def test_orders_and_refusals_are_those_the_page_tells_of(printed: dict[str, Any]
     }
     told = {
         "thesis": (3, 3, 3),
+        "thesis-printed": (1, 2, 1),
         "whitney-open": (0, None, None),
         "whitney": (0, None, 0),
         "paul": (0, 0, 2),

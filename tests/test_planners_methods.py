@@ -28,6 +28,7 @@ from rfms_can.wire.vocabulary import Mode
     ("method", "close"),
     [
         (thesis.ThesisPlanner, 1e-9),
+        (thesis.as_printed, 1e-9),
         (paul.PaulPlanner, 1e-9),
         (taylor.TaylorPlanner, 1e-9),
         (whitney.closed_loop, 2e-5),
@@ -51,6 +52,15 @@ def test_the_last_goal_is_reached_within_the_joint_ranges(
 @pytest.mark.parametrize("task", [CORNER, PICK, BELT], ids=lambda task: task.name)
 def test_the_thesis_planner_is_continuous_up_to_jerk(task: Task) -> None:
     assert order(thesis.ThesisPlanner, task) == 3
+
+
+@pytest.mark.parametrize(
+    ("task", "continuous"), [(CORNER, 1), (PICK, 2), (BELT, 1)], ids=["corner", "pick", "belt"]
+)
+def test_the_thesis_own_blend_steps_where_a_straight_line_or_a_moving_goal_is_left(
+    task: Task, continuous: int
+) -> None:
+    assert order(thesis.as_printed, task) == continuous
 
 
 def test_the_thesis_planner_is_what_the_master_sends() -> None:

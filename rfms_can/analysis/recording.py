@@ -47,6 +47,7 @@ class _Settings(msgspec.Struct):
     rate: _Positive
     bit_rate: int = 1_000_000
     data_bit_rate: int = 5_000_000
+    blend: str = "continuous"
 
 
 class _SettingsFile(msgspec.Struct):
@@ -99,6 +100,7 @@ class Recording:
         bus_bound: worst-case load of a cycle, part of the bus time.
         zero_counts, counts_per_radian: of the encoders (6).
         terms: of each joint's torques, if they were recorded.
+        blend: matching polynomial of its transitions, ``continuous`` or ``thesis``.
     """
 
     directory: Path
@@ -111,6 +113,7 @@ class Recording:
     zero_counts: Floats
     counts_per_radian: Floats
     terms: "tuple[TorqueTerms, ...] | None" = None
+    blend: str = "continuous"
 
     @cached_property
     def time(self) -> Floats:
@@ -205,6 +208,7 @@ def load_recording(directory: Path, wire: Wire | None = None) -> Recording:
         zero_counts=np.array(about.zero_counts, dtype=np.float64),
         counts_per_radian=np.array(about.counts_per_radian),
         terms=_read_terms(directory / TERMS),
+        blend=settings.blend,
     )
 
 

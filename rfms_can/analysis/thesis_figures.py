@@ -2,7 +2,8 @@
 
 Each shows position, velocity, acceleration and jerk as commanded (differences of the trajectory in
 double precision) with what the encoder and the tachometer measured. The three share their scales,
-so that they can be compared.
+so that they can be compared. A run under ``--blend thesis`` shows what the thesis' own matching
+polynomial does: in Cartesian mode the acceleration steps where a segment is left.
 """
 
 from collections.abc import Iterator
@@ -77,9 +78,8 @@ def thesis_sheets(recording: Recording, joint: int) -> Iterator[tuple[str, Sheet
 def _figure(recording: Recording, figure: ThesisFigure, motion: Motion, joint: int) -> Sheet:
     title = f"Figure {figure.number}  {figure.title.format(joint)}"
     how = (
-        f"{len(motion.moves)} segments from rest to rest, t_acc = "
-        f"{motion.acceleration_time:.3g} s · {recording.arm.name} · "
-        f"{1.0 / recording.period_s:g} Hz"
+        f"{len(motion.moves)} segments, t_acc = {motion.acceleration_time:.3g} s · "
+        f"{recording.arm.name} · {1.0 / recording.period_s:g} Hz · {recording.blend} blend"
     )
     sheet = Sheet(title, how, (4, 1), (8.4, 9.0))
     for index, (name, unit) in enumerate(PANELS):

@@ -61,7 +61,14 @@ DynamicsOption = Annotated[
 CalibrationOption = Annotated[
     str | None, typer.Option("--calibration", help="calibration file written by rfms identify")
 ]
-BlendOption = Annotated[str | None, typer.Option("--blend", help=f"transitions: {_names(Blend)}")]
+BlendOption = Annotated[
+    str | None,
+    typer.Option(
+        "--blend",
+        help=f"transitions: {_names(Blend)}; thesis matches position and velocity of the old "
+        "motion, continuous acceleration and jerk as well",
+    ),
+]
 BarrierOption = Annotated[float | None, typer.Option("--barrier", help="longest lockstep cycle, s")]
 PatienceOption = Annotated[
     float | None, typer.Option("--patience", help="timeout for nodes to appear, s")

@@ -50,7 +50,8 @@ class RunSettings:
         servo_friction: friction set the servos compensate; the plant's if empty.
         dynamics: model of the master's compensation: ``full``, ``simplified`` or ``none``.
         calibration: file of ``rfms identify``; the arm's published numbers if empty.
-        blend: ``continuous`` or ``thesis``.
+        blend: of transitions: ``continuous`` matches position, velocity, acceleration and jerk,
+            ``thesis`` position and velocity only, as (3.17) to (3.19).
         bit_rate, data_bit_rate: of the simulated bus and the hub, bit/s.
         barrier: longest lockstep cycle, s.
         patience: how long nodes may take to appear, s.

@@ -70,10 +70,12 @@ class Mode(IntEnum):
 
 
 class Blend(IntEnum):
-    """Matching polynomial of transitions."""
+    """Matching polynomial of transitions: what of the old motion it matches."""
 
     THESIS = 0
+    """Position and velocity, by linear extrapolation (3.17 to 3.19, row 3 of Table 3.3)."""
     CONTINUOUS = 1
+    """Acceleration and jerk as well; the default."""
 
 
 class GripperCommand(IntEnum):

@@ -24,6 +24,7 @@ differences in rounding at shorter ones."""
 PLANNERS: Final[Mapping[str, Method]] = MappingProxyType(
     {
         BASELINE: thesis.ThesisPlanner,
+        "thesis-printed": thesis.as_printed,
         "whitney-open": whitney.open_loop,
         "whitney": whitney.closed_loop,
         "paul": paul.PaulPlanner,

@@ -1,7 +1,10 @@
 """This package's own planner: the master's generator and the six joints' set-points.
 
-Zhang (1986), III.3.4, as this package implements it (its default, continuous blend): the same
-objects the master runs. A cycle is one ``TrajectoryGenerator.tick`` and one
+Zhang (1986), III.3.4, as this package implements it: the same objects the master runs, with its
+default, continuous blend (``ThesisPlanner``) or with the matching polynomial of the thesis, (3.17)
+to (3.19) and row 3 of Table 3.3 (``as_printed``: what the joints do under ``--blend thesis``). The
+corrections of the rest (turns, configurations, hand-overs in time, the rate of the start of a
+Cartesian segment) hold for both. A cycle is one ``TrajectoryGenerator.tick`` and one
 ``CommandedTrajectory.check``, which solves all six joints and looks at their limits; what a part
 of it costs in its node is less. Planning before a move is accepted is not in it.
 """
@@ -17,6 +20,7 @@ from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.trajectory.states import Stage
 from rfms_can.transform import Transform
+from rfms_can.wire.vocabulary import Blend
 
 
 class MovingGoal:
@@ -45,11 +49,11 @@ class MovingGoal:
 class ThesisPlanner:
     """The generator and the joints of a task, all moves requested at the start."""
 
-    def __init__(self, task: Task, period_s: float) -> None:
+    def __init__(self, task: Task, period_s: float, blend: Blend = Blend.CONTINUOUS) -> None:
         self.leg = 0
         self.blending = False
         self._legs: Final = len(task.legs)
-        self._generator: Final = TrajectoryGenerator(period_s)
+        self._generator: Final = TrajectoryGenerator(period_s, blend)
         self._joints: Final = CommandedTrajectory(task.arm, period_s)
         self._joints.reset(task.start)
         self._generator.enable(direct(task.arm, task.start), task.configuration)
@@ -73,3 +77,8 @@ class ThesisPlanner:
         self.blending = stage is not Stage.LINEAR and stage is not Stage.PRE
         self.leg = self._legs if generator.at_rest else max(0, generator.sequence - 1)
         return self._joints.theta
+
+
+def as_printed(task: Task, period_s: float) -> ThesisPlanner:
+    """The same with the thesis' own blend: position and velocity are matched, no more."""
+    return ThesisPlanner(task, period_s, Blend.THESIS)
