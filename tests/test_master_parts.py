@@ -76,7 +76,7 @@ def test_a_paced_lockstep_cycle_is_not_shorter_than_the_period() -> None:
     assert cycles.deadline_ns == 1000 + BARRIER_NS
     assert cycles.close() is False
     assert cycles.deadline_ns == 1000 + PERIOD_NS
-    cycles.paced = False  # somebody asks for something
+    cycles.pace(False)  # a program asks for something
     cycles.begin(1000 + PERIOD_NS)
     assert cycles.close() is True
 

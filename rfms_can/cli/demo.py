@@ -45,7 +45,7 @@ def demo(
 
     def watch(rig: "Rig") -> None:
         assert isinstance(rig, SimulatedRig) and rig.watch is not None
-        rig.watch.keep = True
+        rig.watch.keep_every_cycle()
         rigs.append(rig)
 
     def more() -> dict[str, Any]:

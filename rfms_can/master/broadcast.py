@@ -1,6 +1,7 @@
 """What the master sends in a cycle: SYNC, SETPOINT and what belongs to it, and commands."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from rfms_can.master.rows.sets import MakeSender
 from rfms_can.setpoint.cartesian import CartesianSetpoint
@@ -12,6 +13,22 @@ from rfms_can.wire.records import Bias, Comply, Gripper, Nmt, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 
 
+class Outgoing(NamedTuple):
+    """What goes out with the SYNC of a cycle: made when the one before is closed, handed on whole.
+
+    Attributes:
+        setpoint: the Cartesian set-point.
+        displacement: COMPLY, rad, (6,), or None.
+        bias: joint torques beside the servo's, Nm, (6,), or None.
+        gripper: command and force (per cent).
+    """
+
+    setpoint: CartesianSetpoint
+    displacement: Sequence[float] | None
+    bias: Sequence[float] | None
+    gripper: tuple[GripperCommand, float]
+
+
 class Broadcast:
     """Packs the master's frames.
 
@@ -20,12 +37,10 @@ class Broadcast:
         dbc_hash: what SYNC says of the wire.
 
     Attributes:
-        gripper: command and force (per cent) that go out next.
         nmt: sender of commands.
     """
 
     def __init__(self, sends: MakeSender, dbc_hash: int) -> None:
-        self.gripper = (GripperCommand.HOLD, 0.0)
         self.nmt = sends(Nmt, None)
         self._dbc_hash = dbc_hash
         self._sent_gripper: tuple[GripperCommand, float] | None = None
@@ -40,18 +55,12 @@ class Broadcast:
         """SYNC of a cycle: the state of the bus, and the number of the rows in force."""
         return self._sync.frame(cycle, state, row_set, self._dbc_hash)
 
-    def setpoint(
-        self,
-        setpoint: CartesianSetpoint,
-        cycle: int,
-        out: list[Frame],
-        displacement: Sequence[float] | None = None,
-        bias: Sequence[float] | None = None,
-    ) -> None:
+    def setpoint(self, outgoing: Outgoing, cycle: int, out: list[Frame]) -> None:
         """SETPOINT_1, and what belongs to it: SETPOINT_2 if there is a second pose, COMPLY, BIAS.
 
         GRIPPER goes with them on change or when due.
         """
+        setpoint, displacement, bias, gripper = outgoing
         extras = (displacement is not None) * COMPLY_BELONGS | (bias is not None) * BIAS_BELONGS
         pose, configuration = setpoint.T6_1, setpoint.configuration_1
         out.append(self._first.frame(*values_of(setpoint, pose, configuration, cycle, extras)))
@@ -62,9 +71,9 @@ class Broadcast:
             out.append(self._comply.frame(*displacement, cycle & 0xFF))
         if bias is not None:
             out.append(self._bias.frame(*bias, cycle & 0xFF))
-        if self.gripper != self._sent_gripper or cycle % HEARTBEAT_EVERY == 0:
-            self._sent_gripper = self.gripper
-            out.append(self._gripper.frame(*self.gripper, cycle & 0xFF))
+        if gripper != self._sent_gripper or cycle % HEARTBEAT_EVERY == 0:
+            self._sent_gripper = gripper
+            out.append(self._gripper.frame(*gripper, cycle & 0xFF))
 
     def command(self, command: Command) -> Frame:
         """An NMT command to all nodes."""

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from rfms_can.errors import KinematicsError
-from rfms_can.master.broadcast import Broadcast
+from rfms_can.master.broadcast import Broadcast, Outgoing
 from rfms_can.master.force.control import ForceControl
 from rfms_can.master.inputs import CycleInputs
 from rfms_can.master.motion import Motion
@@ -20,7 +20,6 @@ from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
 from rfms_can.master.timer import CycleTimer
-from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import HEARTBEAT_EVERY
@@ -112,8 +111,7 @@ class ControlCycle:
         self._stillness = parts.stillness
         self._beat = beat
         self._restart_counters = restart_counters
-        self._setpoint: CartesianSetpoint | None = None
-        self._displacement: tuple[float, ...] | None = None
+        self._next: Outgoing | None = None  # made when a cycle is closed
         self._ending = 0  # cycles since the arm was disabled
 
     def begin(self, began_ns: int, now_ns: int, out: list[Frame]) -> None:
@@ -133,10 +131,8 @@ class ControlCycle:
         state = BUS_STATES[phase]
         out.append(self._broadcast.sync(cycle, state, self._rows.in_force.number))
         self._inputs.begin(phase, cycle)
-        if phase is Phase.RUN and self._setpoint is not None:
-            self._broadcast.setpoint(
-                self._setpoint, cycle, out, self._displacement, self._force.bias
-            )
+        if phase is Phase.RUN and self._next is not None:
+            self._broadcast.setpoint(self._next, cycle, out)
             self.sent = SentSetpoint(self._motion.generator.tick_count, cycle, now_ns)
         if cycle % HEARTBEAT_EVERY == 0:
             self._beat(state, int(machine.fault is not None))
@@ -172,7 +168,6 @@ class ControlCycle:
             else:
                 self._make_setpoint(out)
         _TRANSITIONS[phase](self, out)  # below: how each phase may end
-        self._broadcast.gripper = requests.gripper  # goes out with the next set-point
         if self._timer.close():
             self.begin(now_ns, now_ns, out)
 
@@ -206,12 +201,13 @@ class ControlCycle:
         """The set-point of the next cycle; one the arm cannot take is not sent."""
         try:
             setpoint, refusal = self._motion.next_setpoint()
-            self._displacement = self._force.follow(self._motion.commanded.theta)
+            displacement = self._force.follow(self._motion.commanded.theta)
         except KinematicsError as error:  # stopped where nothing can be held
             self.halt(str(error), out)
             return
         if refusal is None:
-            self._setpoint = setpoint
+            gripper = self._requests.gripper
+            self._next = Outgoing(setpoint, displacement, self._force.bias, gripper)
         else:
             self.halt(f"set-point refused before it was sent: {refusal}", out)
 
@@ -228,7 +224,7 @@ class ControlCycle:
             self._stop_on_request(out)
 
     def _start_or_stop(self, out: list[Frame]) -> None:
-        if self._requests.start_requested and not self._requests.stop_requested:
+        if self._requests.take_start() and not self._requests.stop_requested:
             self._enable(out)
         else:
             self._stop_on_request(out)
@@ -248,7 +244,6 @@ class ControlCycle:
 
     def _enable(self, out: list[Frame]) -> None:
         """START: counters and cycles restart at 0, and the arm holds where it is."""
-        self._requests.start_requested = False
         state = self._inputs.arm_state
         try:
             self._motion.enable(state.q)

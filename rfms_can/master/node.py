@@ -195,11 +195,11 @@ class MasterNode(Endpoint):
 
     def start(self) -> None:
         """Enable the arm at the next closed cycle (phase READY)."""
-        self.requests.start_requested = True
+        self.requests.start()
 
     def stop(self) -> None:
         """Disable the arm at the next closed cycle, brakes on, for good."""
-        self.requests.stop_requested = True
+        self.requests.stop()
         if not self.machine.cycling:  # no node drives yet
             self.machine.change(PhaseEvent.STOP)
             self.timer.stop()

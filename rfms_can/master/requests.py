@@ -25,7 +25,6 @@ class ProgramRequests:
         sensor: whether there is a wrist sensor.
 
     Attributes:
-        start_requested: the arm is to be enabled (phase READY).
         stop_requested: the arm is to be disabled, brakes on, for good.
         gripper: command and force (per cent).
     """
@@ -36,9 +35,9 @@ class ProgramRequests:
         "_motion",
         "_rows",
         "_sensor",
+        "_start_requested",
         "_stillness",
         "gripper",
-        "start_requested",
         "stop_requested",
     )
 
@@ -58,8 +57,21 @@ class ProgramRequests:
         self._stillness = stillness
         self._rows = rows
         self._sensor = sensor
-        self.start_requested = self.stop_requested = False
+        self._start_requested = self.stop_requested = False
         self.gripper = (GripperCommand.HOLD, 0.0)
+
+    def start(self) -> None:
+        """The arm is to be enabled, once it is READY."""
+        self._start_requested = True
+
+    def take_start(self) -> bool:
+        """Whether the arm is to be enabled now; once."""
+        requested, self._start_requested = self._start_requested, False
+        return requested
+
+    def stop(self) -> None:
+        """The arm is to be disabled, brakes on, for good."""
+        self.stop_requested = True
 
     def handle(self, message: Message) -> Answer:
         """Do what a program asks; see ``Motion.handle``.

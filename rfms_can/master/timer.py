@@ -21,7 +21,6 @@ class CycleTimer:
         settings: clock, rate and barrier.
 
     Attributes:
-        paced: lockstep cycles are not shorter than the period; for a bus that idles.
         lockstep, realtime: the clock.
     """
 
@@ -29,17 +28,17 @@ class CycleTimer:
         "_began_ns",
         "_deadline_ns",
         "_limit_ns",
+        "_paced",
         "_period_ns",
         "_urgent",
         "lockstep",
-        "paced",
         "realtime",
     )
 
     def __init__(self, settings: MasterSettings) -> None:
         self.lockstep: Final = settings.clock_definition.waits_for_nodes
         self.realtime: Final = settings.clock_definition.scheduled
-        self.paced = settings.paced
+        self._paced = settings.paced
         self._period_ns = settings.period_ns
         self._limit_ns = settings.cycle_limit_ns
         self._began_ns = 0
@@ -70,10 +69,14 @@ class CycleTimer:
         """A cycle is closed; whether the next one begins at once."""
         if not self.lockstep or self._deadline_ns is None:
             return False
-        if self.paced:
+        if self._paced:
             self._deadline_ns = self._began_ns + self._period_ns
             return False
         return True
+
+    def pace(self, paced: bool) -> None:
+        """Lockstep cycles are not shorter than the period; for a bus that idles."""
+        self._paced = paced
 
     def retry(self, at_ns: int) -> None:
         """Before cycles run: call again then."""

@@ -30,13 +30,18 @@ class PlantNode(Endpoint):
         physics: boards, arm and gripper.
         wire, boot_id: see ``Endpoint``.
         watch_ns: time between two SYNCs, ns: the control period, or the barrier in lockstep.
-
-    Attributes:
-        each_period: called after each integrated period with the number of the cycle that begins;
-            for observers of the physics.
+        observe: called after each integrated period with the number of the cycle that begins; for
+            observers of the physics.
     """
 
-    def __init__(self, physics: PlantPhysics, wire: Wire, boot_id: int, watch_ns: int) -> None:
+    def __init__(
+        self,
+        physics: PlantPhysics,
+        wire: Wire,
+        boot_id: int,
+        watch_ns: int,
+        observe: Callable[[int], None] | None = None,
+    ) -> None:
         super().__init__(PLANT, wire, boot_id)
         self.physics = physics
         self.state = NodeState.INIT
@@ -44,7 +49,7 @@ class PlantNode(Endpoint):
         self._hash = plant_hash(physics.arm.arm_id, physics.steps_per_period * physics.step_s)
         self._watch_ns = watch_ns
         self._deadline_ns: int | None = 0
-        self.each_period: Callable[[int], None] | None = None
+        self._observe = observe
         self._started = False
         self._stopped = False
         self._synchronised = False  # SYNC comes
@@ -105,8 +110,8 @@ class PlantNode(Endpoint):
         self._started = True
         self._latch()
         self.cycle = cycle
-        if self.each_period is not None:
-            self.each_period(cycle)
+        if self._observe is not None:
+            self._observe(cycle)
         self._sample(cycle & 0xFF)
 
     def _latch(self) -> None:

@@ -1,5 +1,7 @@
 """Makes the nodes of a run from its settings."""
 
+from collections.abc import Callable
+
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.node import MasterNode
@@ -27,10 +29,10 @@ def make_master(settings: RunSettings, wire: Wire) -> MasterNode:
     return MasterNode(settings.the_arm, wire, settings.boot_id(8), settings.master())
 
 
-def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:
-    """Node 9."""
+def make_physics(settings: RunSettings) -> PlantPhysics:
+    """What node 9 integrates: boards, arm and gripper."""
     arm = settings.the_arm
-    physics = PlantPhysics(
+    return PlantPhysics(
         arm,
         settings.friction,
         settings.rate,
@@ -38,4 +40,15 @@ def make_plant(settings: RunSettings, wire: Wire) -> PlantNode:
         sensor=sensor_from(settings.sensor, settings.noise_seed),
         variant=make_variant(settings.plant, arm, settings.friction),
     )
-    return PlantNode(physics, wire, settings.boot_id(9), settings.watch_ns)
+
+
+def make_plant(
+    settings: RunSettings,
+    wire: Wire,
+    physics: PlantPhysics | None = None,
+    observe: Callable[[int], None] | None = None,
+) -> PlantNode:
+    """Node 9; ``observe`` is called after each period, for those who look at its ``physics``."""
+    if physics is None:
+        physics = make_physics(settings)
+    return PlantNode(physics, wire, settings.boot_id(9), settings.watch_ns, observe)

@@ -126,7 +126,7 @@ def make_rig(
     if run_record is None:
         return rig, None
     if rig.watch is not None:
-        rig.watch.keep = True
+        rig.watch.keep_every_cycle()
     writer = CandumpWriter(run_record.log, "sim0")
     rig.observe(writer.write)
     return rig, writer

@@ -130,7 +130,7 @@ class Serving:
         master, link = self._master, self.session.link
         while not self._over():
             if self._may_go_on():
-                master.timer.paced = not self.server.time_may_pass
+                master.timer.pace(not self.server.time_may_pass)
                 link.pass_time(lambda: self._over() or not self._may_go_on(), self._after_event)
             else:
                 self._stand_still()
@@ -153,7 +153,7 @@ class Serving:
         if not self._clock.in_one_process:
             self._driver.serve()
             if self._clock.waits_for_nodes:
-                self._master.timer.paced = not self.server.time_may_pass
+                self._master.timer.pace(not self.server.time_may_pass)
         return self._interrupted()
 
     def _close_cycle(self) -> None:

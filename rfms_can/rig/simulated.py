@@ -8,7 +8,7 @@ from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.node import MasterNode
 from rfms_can.plant.node import PlantNode
-from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
+from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_physics, make_plant
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.torque_terms import TermsRecorder
 from rfms_can.rig.truth import SceneResult, SceneWatch
@@ -24,7 +24,7 @@ class SimulatedRig:
         bus: the simulated bus.
         master, joints, gripper, plant: its nodes.
         watch: observer of the contact with the scene; None without one.
-    terms: of the joints' torques, if they are recorded.
+        terms: of the joints' torques, if they are recorded.
     """
 
     def __init__(self, settings: RunSettings, wire: Wire | None = None) -> None:
@@ -32,12 +32,14 @@ class SimulatedRig:
         self.bus = SimulatedBus(BusTiming(settings.bit_rate, settings.data_bit_rate))
         self.joints: list[JointNode] = [make_joint(joint, settings, wire) for joint in JOINTS]
         self.gripper: GripperNode = make_gripper(settings, wire)
-        self.plant: PlantNode = make_plant(settings, wire)
-        self.master: MasterNode = make_master(settings, wire)
+        physics = make_physics(settings)
         self.watch: SceneWatch | None = None
-        self.terms: TermsRecorder | None = None
         if settings.the_scene.tool is not None:
-            self.watch = SceneWatch(self.plant, settings.scene)
+            self.watch = SceneWatch(physics, settings.scene)
+        look = None if self.watch is None else self.watch.look
+        self.plant: PlantNode = make_plant(settings, wire, physics, look)
+        self.master: MasterNode = make_master(settings, wire)
+        self.terms: TermsRecorder | None = None
         for node in (*self.joints, self.gripper, self.plant, self.master):
             self.bus.attach(node)
 

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import msgspec
 
 from rfms_can.plant.contact_wrench import Contacts
-from rfms_can.plant.node import PlantNode
+from rfms_can.plant.physics import PlantPhysics
 from rfms_can.transform import Transform
 
 COLUMNS: Final = (
@@ -80,20 +80,18 @@ class SceneWatch:
     """Watches a plant, cycle by cycle.
 
     Args:
-        plant: its node.
+        physics: the plant's.
         scene: as given in the settings.
-        keep: whether to keep the truth of every cycle.
 
     Attributes:
         rows: the truth, if kept.
     """
 
-    def __init__(self, plant: PlantNode, scene: str, *, keep: bool = False) -> None:
-        self.keep = keep
-        self._physics = plant.physics
+    def __init__(self, physics: PlantPhysics, scene: str) -> None:
+        self._keep = False
+        self._physics = physics
         self._scene = scene
         self.begin()
-        plant.each_period = self._look
 
     def begin(self) -> None:
         """Start counting and recording."""
@@ -102,14 +100,19 @@ class SceneWatch:
         self._force = self._lateral = self._axial = self._depth = 0.0
         self._lowest = math.inf
 
-    def _look(self, cycle: int) -> None:
+    def keep_every_cycle(self) -> None:
+        """Keep the truth of every cycle from now on, not the largest values alone."""
+        self._keep = True
+
+    def look(self, cycle: int) -> None:
+        """A period has been integrated, and this cycle begins."""
         physics = self._physics
         tip = physics.tip_in_place()
         self._lowest = min(self._lowest, tip.pz)
         contact = physics.contact_force()
         if contact.points:
             self._meet(contact)
-        if self.keep:
+        if self._keep:
             wrist, q = tuple(physics.true_force), tuple(physics.true_q)
             self.rows.append(Truth(cycle, contact, tip, wrist, q))
 

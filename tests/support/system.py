@@ -168,7 +168,7 @@ def run(program: Program, scene: str, friction: str = "thesis", **settings: Any)
 
     def watch(rig: Rig) -> None:
         assert isinstance(rig, SimulatedRig) and rig.watch is not None
-        rig.watch.keep = True
+        rig.watch.keep_every_cycle()
         rigs.append(rig)
 
         def look(_: int, frame: Frame) -> None:

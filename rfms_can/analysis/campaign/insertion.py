@@ -34,7 +34,7 @@ def insert(job: Job, program: Path) -> Insertion:
 
     def watch(rig: Rig) -> None:
         assert isinstance(rig, SimulatedRig) and rig.watch is not None
-        rig.watch.keep = True
+        rig.watch.keep_every_cycle()
         watched.append(rig)
 
     def is_in() -> bool:
