@@ -21,8 +21,8 @@ more looks like one by less."""
 
 
 ROTATION_LEVER: Final = 0.2
-"""A mode with a speed of the tool and none of its rotation turns it as fast as a point this far from
-its origin would move at that speed, m: about half the reach of the smallest arm."""
+"""Where a mode has a speed of the tool and none of its rotation: distance from the tool's origin at
+which a rotation moves a point at that speed, m; half the reach of the smallest arm."""
 
 
 class Limits(NamedTuple):

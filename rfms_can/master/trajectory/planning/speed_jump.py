@@ -10,6 +10,7 @@ import numpy as np
 
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
+from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.transform import Transform
 
 EDGE: Final = 10.0
@@ -33,7 +34,7 @@ def speed_jump(base: Base, frame: Frame) -> str | None:
         return None
     first = -base.segment.move.acceleration_ticks - 2
     last = base.segment.move.segment_ticks - first
-    times = np.arange(first, last + 1) * tau
+    times: Floats = np.arange(first, last + 1, dtype=np.float64) * tau
     h = np.clip(base.parameter(times)[0], 0.0, 1.0)
     poses: list[Transform] = [
         target.pose(Moment(frame.tick, float(h_), float(t))) for h_, t in zip(h, times, strict=True)
