@@ -327,7 +327,6 @@ def test_time_is_the_servers(arm: Arm, link: FakeLink) -> None:
         lambda t6: Transform.identity() == t6,
         lambda t6: t6 @ "tool",
         lambda t6: "tool" @ t6,
-        lambda t6: t6 == "part",
         lambda t6: t6 @ None,
         lambda t6: t6 @ np.eye(4),
         lambda t6: np.eye(4) @ t6,

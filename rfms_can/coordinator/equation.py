@@ -32,7 +32,7 @@ class Expression:
         raise _unnamed(other, "@", self)
 
     def __eq__(self, other: object) -> "Equation":  # type: ignore[override]  # an equation, not a truth
-        if isinstance(other, Transform | str):
+        if isinstance(other, Transform):
             raise _unnamed(self, "==", other)
         if not isinstance(other, Expression):
             return NotImplemented
