@@ -153,3 +153,33 @@ def test_a_program_that_is_killed_leaves_an_arm_at_rest(
     while reader.ask(Query()).status.lease is not None:
         assert time.monotonic() < until
     assert reader.watch(lambda status: status.at_rest).waiting == 0
+
+
+STANDS = """\
+import time
+def program(arm):
+    print("stands", flush=True)
+    while not arm.status.fault:
+        time.sleep({seconds})
+"""
+
+
+@pytest.mark.parametrize("verb", [("run",), ("coordinate", "--server", "cell")])
+@pytest.mark.parametrize("seconds", [0.02, 60.0])
+def test_the_first_signal_ends_a_program_that_lets_no_time_pass(
+    running: Running,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    verb: tuple[str, ...],
+    seconds: float,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    process = start(*verb, written(STANDS.format(seconds=seconds)))
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "stands" in line:
+            break
+    os.kill(process.pid, signal.SIGTERM)
+    ended = end(process)
+    assert ended.code == 143, ended
+    assert "SIGTERM ended the" in ended.err

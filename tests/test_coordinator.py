@@ -80,7 +80,7 @@ def test_an_equation_is_neither_true_nor_false() -> None:
 
 
 def test_expressions_make_nothing_with_other_things() -> None:
-    with pytest.raises(TypeError):
+    with pytest.raises(EquationError):
         Expression("a") @ Transform.identity()  # type: ignore[operator]
     assert not isinstance(Expression("a") == "a", Equation)
     assert len({Expression("a"), Expression("a")}) == 2

@@ -1,8 +1,10 @@
 """What programs define beyond values and times, and what is told to them before it is sent."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from support.link import FakeLink
 
@@ -314,3 +316,25 @@ def test_time_is_the_servers(arm: Arm, link: FakeLink) -> None:
     link.now = 250
     assert arm.time == 1.0
     assert arm.status.cycle == 250
+
+
+@pytest.mark.parametrize(
+    "equation",
+    [
+        lambda t6: t6 @ Transform.identity(),
+        lambda t6: Transform.identity() @ t6,
+        lambda t6: t6 == Transform.identity(),
+        lambda t6: Transform.identity() == t6,
+        lambda t6: t6 @ "tool",
+        lambda t6: "tool" @ t6,
+        lambda t6: t6 @ None,
+        lambda t6: t6 @ np.eye(4),
+        lambda t6: np.eye(4) @ t6,
+    ],
+)
+def test_a_value_in_an_equation_is_refused_with_a_way_out(
+    arm: Arm, equation: Callable[[Any], Any]
+) -> None:
+    with pytest.raises(EquationError, match=r"named transforms.*arm\.transform\(") as refused:
+        arm.position("at", equation(arm.t6))
+    assert "\n" not in str(refused.value)

@@ -2,6 +2,8 @@
 
 import json
 import os
+import random
+import re
 import signal
 import subprocess
 import sys
@@ -147,6 +149,31 @@ def test_data_of_another_plant_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="remove it"):
         run_all([task], Quiet())
     assert fingerprint(experiment, SETTINGS) != fingerprint(experiment, other.settings)
+
+
+def test_cut_and_damaged_data_are_refused_in_one_line(tmp_path: Path) -> None:
+    (experiment,) = short("burst-3")
+    (task,) = tasks_of([experiment], SETTINGS, tmp_path)
+    save(task.path, ideal_data(experiment, VARIANT), task.digest)
+    whole = task.path.read_bytes()
+    draw = random.Random(12)
+    broken = [whole[:length] for length in (0, 1, 3, 4, 30, 100, len(whole) // 2, len(whole) - 1)]
+    for _ in range(200):
+        damaged = bytearray(whole)
+        damaged[
+            draw.choice((draw.randrange(120), draw.randrange(len(whole)), -draw.randrange(1, 200)))
+        ] ^= 1 << draw.randrange(8)
+        broken.append(bytes(damaged))
+    for data in broken:
+        task.path.write_bytes(data)
+        try:
+            assert load(task.path, task.digest) is not None  # a byte that means nothing
+        except DataError as error:
+            assert re.search(r"name another directory", str(error))
+            assert "\n" not in str(error)
+    task.path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(DataError, match=r"burst-3\.npz: File is not a zip file; remove it"):
+        run_all([task], Quiet())
 
 
 def test_knowing_the_arm_is_worth_a_fifth_of_the_error(tmp_path: Path) -> None:

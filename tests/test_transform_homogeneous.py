@@ -1,6 +1,7 @@
 """Transforms against 4x4 matrices; the wire's o, a, p; differential motion and virtual work."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -134,3 +135,61 @@ def test_small_changes_add() -> None:
     deltas = [matrix(differential_operator(tuple(change))) for change in changes]
     product = np.linalg.multi_dot([np.eye(4) + delta for delta in deltas])
     assert np.abs(product - np.eye(4) - sum(deltas)).max() < 2e-7
+
+
+# --- squaring up -------------------------------------------------------------------------------
+
+
+@given(transforms, st.integers(3, 7))
+def test_rounded_digits_are_squared_up_to_the_nearest_rotation(exact: Transform, k: int) -> None:
+    rounded = Transform(*(round(element, k) for element in exact))
+    found, correction = Transform.nearest_rotation(rounded)
+    assert found.rigidity_error() < 1e-14
+    assert found[3::4] == rounded[3::4]
+    assert correction == max(abs(x - y) for x, y in zip(found, rounded, strict=True))
+    assert correction <= 2.0 * 0.5 * 10.0**-k
+    u, _, vt = np.linalg.svd(homogeneous(rounded)[:3, :3])
+    assert np.allclose(homogeneous(found)[:3, :3], u @ vt, atol=1e-14)
+
+
+def test_a_matrix_of_any_usual_shape_is_squared_up() -> None:
+    exact = Transform.translation(0.3, 0.1, 0.2) @ Transform.rpy(0.3, -0.5, 0.7)
+    for rows in (homogeneous(exact).tolist(), exact.rows(), exact):
+        found, correction = Transform.nearest_rotation(rows)
+        assert distance(found, exact) < 1e-15 and correction < 1e-15
+    alone, _ = Transform.nearest_rotation(homogeneous(exact)[:3, :3].tolist())
+    assert distance(alone, exact._replace(px=0.0, py=0.0, pz=0.0)) < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ([[1, 0], [0, 1]], r"3 rows.*\[2, 2\]"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, -1]], "left-handed"),
+        ([[0, 0, 0]] * 3, "no rotation is within 0.05"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 2]], "no rotation is within 0.05"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 1e200]], "no rotation is within 0.05"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, math.nan]], "not finite"),
+        ([[1, 0, 0], [1, 0, 0], [0, 0, 1]], "no rotation is within 0.05"),
+        ([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [1, 2, 3, 1]], "last row"),
+    ],
+)
+def test_what_more_is_wrong_with_than_rounding_is_refused(
+    rows: list[list[float]], told: str
+) -> None:
+    with pytest.raises(KinematicsError, match=told):
+        Transform.nearest_rotation(rows)
+
+
+@pytest.mark.parametrize("angle", [math.inf, -math.inf, math.nan])
+def test_an_angle_that_is_not_finite_is_refused(angle: float) -> None:
+    turns: list[Callable[[], Transform]] = [
+        lambda: Transform.rotation((0.0, 0.0, 1.0), angle),
+        lambda: Transform.rpy(0.0, angle, 0.0),
+        lambda: Transform.euler(angle, 0.0, 0.0),
+    ]
+    for turned in turns:
+        with pytest.raises(KinematicsError, match=r"angle -?(inf|nan).*give radians"):
+            turned()
+    with pytest.raises(KinematicsError, match="three numbers"):
+        Transform.rotation((0.0, 1.0), 0.1)

@@ -38,6 +38,24 @@ def test_a_mode_keeps_what_it_was_given() -> None:
     assert kept.configuration == Configuration(False, True, False)
 
 
+@pytest.mark.parametrize(
+    ("speeds", "angular_speed"),
+    [
+        ({"speed": 0.1}, 0.5),
+        ({"speed": 0.1, "angular_speed": 3.0}, 3.0),
+        ({"speed": 0.1, "joint_speed": 0.4}, None),
+        ({"joint_speed": 0.4}, None),
+        ({"angular_speed": 0.3}, 0.3),
+    ],
+)
+def test_a_rotation_has_a_speed_of_its_own(
+    speeds: dict[str, float], angular_speed: float | None
+) -> None:
+    """30 degrees at speed=0.1 took 0.2 s: only where nothing bounds how fast the tool turns."""
+    kept = WorldModel(OWN, 0.004).define_mode(mode(segment_time=None, **speeds))
+    assert kept.angular_speed == (angular_speed and pytest.approx(angular_speed))
+
+
 def test_what_is_not_said_of_a_mode() -> None:
     kept = WorldModel(OWN, 0.004).define_mode(mode())
     assert (kept.mode, kept.transition) == (Mode.JOINT, Transition.JOINT)

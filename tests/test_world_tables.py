@@ -145,6 +145,18 @@ def test_transforms_that_are_refused(
     assert goal.pose(Moment(NOW)) == before
 
 
+def test_four_digits_are_refused_with_a_remedy_that_works(world: WorldModel) -> None:
+    printed = Transform(*(round(x, 4) for x in Transform.rpy(0.3, -0.5, 0.7)))
+    offered = r"Transform\.nearest_rotation\(\.\.\.\)\.transform, .* by 3.3e-05 at most"
+    with pytest.raises(TransformError, match=offered):
+        world.define_transform(TransformMessage("new", printed), NOW)
+    squared = Transform.nearest_rotation(printed).transform
+    world.define_transform(TransformMessage("new", squared), NOW)
+    with pytest.raises(TransformError) as refused:
+        world.define_transform(TransformMessage("new", printed._replace(nx=-1.0)), NOW)
+    assert "nearest_rotation" not in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("fields", "reason"),
     [

@@ -1,6 +1,7 @@
 """A recorded run, read back: what ``rfms run --record DIR`` wrote, as arrays in SI units."""
 
 import zipfile
+import zlib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -271,7 +272,7 @@ def _read_terms(path: Path) -> tuple[TorqueTerms, ...] | None:
         with np.load(path, allow_pickle=False) as file:
             names = [str(name) for name in file[NAMES]]
             tables = [file[joint_key(joint + 1)] for joint in range(JOINT_COUNT)]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise RecordingError(f"{path}: {error}; record it again with rfms run --terms") from error
     if names != list(ServoTerms._fields) or any(t.shape[1:] != (1 + len(names),) for t in tables):
         raise RecordingError(f"{path}: terms of another version; record it with this one")

@@ -48,6 +48,7 @@ def coordinate(
                     name=name or program.stem,
                     keys=pair,
                     interrupted=interrupt,
+                    program_runs=interrupt.program_runs,
                     watch=watch,
                 ) as arm,
             ):

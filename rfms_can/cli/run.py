@@ -84,6 +84,7 @@ def run_program(
                     attach=attach,
                     watch=watch,
                     interrupted=interrupt,
+                    program_runs=interrupt.program_runs,
                     terms=terms,
                 )
         except KeyboardInterrupt:

@@ -9,6 +9,7 @@ import msgspec
 from rfms_can.coordinator.aio import AsyncArm
 from rfms_can.coordinator.aio_remote import AsyncRemoteLink
 from rfms_can.coordinator.arm import Arm
+from rfms_can.coordinator.program_link import AsyncProgramLink, ProgramLink
 from rfms_can.coordinator.remote import RemoteLink
 from rfms_can.coordinator.stopping import wait_for, wait_for_rest
 from rfms_can.errors import RfmsError
@@ -29,20 +30,23 @@ def connect(
     keys: ClientKeys | None = None,
     lease_s: float = LEASE_S,
     interrupted: Callable[[], bool] = lambda: False,
+    program_runs: Callable[[bool], None] = lambda _: None,
     watch: Callable[[Status], None] = lambda _: None,
 ) -> Iterator[Arm]:
     """Take control of a server's arm; release it at rest at the end of the block.
 
     At the end of the block the queued moves are completed; after an exception the arm is first
-    brought to rest on its path, and the exception is raised again. The arm is for one thread: while
-    it waits, a request of another thread is blocked; use ``connect_async`` for concurrency.
+    brought to rest on its path, and the exception is raised again. Threads take turns with the arm:
+    while one waits, a request of another is blocked; use ``connect_async`` for concurrency. After
+    the block every use of the arm is a ``ProgramError``.
 
     Args:
         server: its NAME, or ``tcp://ADDRESS:PORT``.
         name: of this coordinator, shown to others that are refused.
         keys: CURVE keys, for a server that requires them.
         lease_s: time without a renewal after which the server stops the arm, 0.1 to 10 s.
-        interrupted: whether the program is to end; called while it waits.
+        interrupted: whether the program is to end; called while it waits or reads the arm's state.
+        program_runs: told True where the block's own code runs, and a signal may raise at once.
         watch: called periodically with the arm's state while the program waits.
 
     Raises:
@@ -50,11 +54,17 @@ def connect(
         LeaseError: another coordinator controls the arm.
         KeyboardInterrupt: ``interrupted`` returned True; the arm is at rest.
     """
+
+    def ends() -> bool:
+        return interrupted() or program.ending  # the wait of a thread at the end of the block
+
     with ClientSocket(server, keys) as socket:
-        link = RemoteLink(socket, name, lease_s, interrupted=interrupted, watch=watch)
+        link = RemoteLink(socket, name, lease_s, interrupted=ends, watch=watch)
+        program = ProgramLink(link, interrupted=interrupted, program_runs=program_runs)
         link.acquire()
         try:
-            yield Arm(link)
+            with program:
+                yield Arm(program)
             wait_for(link)
         except BaseException:
             with suppress(RfmsError):  # the original error matters more; the lease lapses
@@ -82,7 +92,8 @@ async def connect_async(
         try:
             await link.acquire()
             try:
-                yield AsyncArm(link)
+                with AsyncProgramLink(link) as program:
+                    yield AsyncArm(program)
                 await wait_for_rest(link)
             except BaseException:
                 with suppress(RfmsError):  # the original error matters more; the lease lapses

@@ -11,7 +11,8 @@ class ModeSettings(TypedDict, total=False):
     Attributes:
         acceleration_time: t_acc, s: a transition takes twice that.
         segment_time: t_seg, s, from goal to goal; or speeds instead.
-        speed, angular_speed: of the tool from goal to goal, m/s and rad/s.
+        speed, angular_speed: of the tool from goal to goal, m/s and rad/s; with a speed alone, and
+            no joint speed, the tool turns at speed / 0.2 m at most.
         joint_speed: fraction (0 to 1) of the joints' speed limits.
         interpolation: ``"joint"``, the default, or ``"cartesian"``: straight in space.
         transition: ``"joint"``, the default, or ``"cartesian"``: the transition between straight

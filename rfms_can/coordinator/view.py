@@ -91,8 +91,9 @@ class ArmView:
         return definitions.observation(of, pose, at, exact, self._references)
 
     def _after(self, seconds: float) -> CycleReached:
-        """The cycle ``seconds`` ahead."""
+        """The cycle ``seconds`` ahead; a positive time is at least one period."""
         if not isinstance(seconds, float | int) or not 0.0 <= seconds <= LONGEST_S:  # also NaN
             raise ProgramError(f"sleep of {seconds!r} s: give a time, 0 to {LONGEST_S:g}")
         status = self.status
-        return CycleReached(status.cycle + round(seconds / status.period))
+        periods = round(seconds / status.period)
+        return CycleReached(status.cycle + (periods or seconds > 0.0))

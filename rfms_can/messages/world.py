@@ -79,7 +79,8 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
         interpolation: ``"joint"`` or ``"cartesian"``.
         acceleration_time: t_acc, s.
         segment_time: t_seg, s, from goal to goal.
-        speed, angular_speed: of the tool from goal to goal, m/s and rad/s.
+        speed, angular_speed: of the tool from goal to goal, m/s and rad/s; with a speed alone, and
+            no joint speed, the tool turns at speed / 0.2 m at most.
         joint_speed: fraction of the joints' speed limits.
         lengthen: whether a segment that exceeds a speed or acceleration limit is lengthened;
             refused otherwise.

@@ -1,6 +1,7 @@
-"""Ctrl-C and SIGTERM while a program runs: handled between two events, never within one."""
+"""Ctrl-C and SIGTERM while a program runs: at once in its own code, else between two events."""
 
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -19,10 +20,27 @@ class Interrupt:
 
     def __init__(self) -> None:
         self.signal: signal.Signals | None = None
+        self._raises = False
 
     def __call__(self) -> bool:
         """Whether a signal has come."""
         return self.signal is not None
+
+    def program_runs(self, runs: bool) -> None:
+        """Whether the main thread, which receives signals, now runs a program's own code."""
+        if threading.current_thread() is threading.main_thread():
+            self._raises = runs
+
+    def note(self, number: int) -> None:
+        """A signal has come.
+
+        Raises:
+            KeyboardInterrupt: it is the second one; or no event of the bus is interrupted by it.
+        """
+        again, self.signal = self.signal is not None, self.signal or signal.Signals(number)
+        if again or self._raises:
+            self._raises = False
+            raise KeyboardInterrupt
 
     @property
     def exit_code(self) -> int:
@@ -32,13 +50,11 @@ class Interrupt:
 
 @contextmanager
 def signals_noted() -> Iterator[Interrupt]:
-    """Note the first signal instead of dying of it; a second one raises immediately."""
+    """Note the first signal; it raises where a program's own code runs, a second one anywhere."""
     interrupt = Interrupt()
 
     def note(number: int, _frame: FrameType | None) -> None:
-        if interrupt.signal is not None:
-            raise KeyboardInterrupt
-        interrupt.signal = signal.Signals(number)
+        interrupt.note(number)
 
     previous = {number: signal.signal(number, note) for number in SIGNALS}
     try:

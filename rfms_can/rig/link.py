@@ -80,9 +80,19 @@ class DirectLink:
         self.run_until(lambda: any(holds(master, condition) for condition in any_of))
 
     def request(self, message: ArmRequest) -> Answer:
-        """Pass a message to the master; in real time in the thread that runs it."""
-        handle = partial(self._master.handle, message)
+        """Pass a message to the master; in real time in the thread that runs it.
+
+        Raises:
+            FaultError: the run was halted.
+            ProgramError: the master refuses it.
+        """
+        handle = partial(self._handle, message)
         return self._pump.do(handle) if isinstance(self._pump, ThreadedPump) else handle()
+
+    def _handle(self, message: ArmRequest) -> Answer:
+        if self._master.fault is not None:
+            raise FaultError(self._master.fault)
+        return self._master.handle(message)
 
     def status(self) -> Status:
         """The arm's state, as of the last closed cycle."""

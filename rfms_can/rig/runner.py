@@ -41,6 +41,7 @@ def execute(
     attach: bool = False,
     watch: Callable[[Rig], None] | None = None,
     interrupted: Callable[[], bool] = lambda: False,
+    program_runs: Callable[[bool], None] = lambda _: None,
     terms: bool = False,
 ) -> Outcome:
     """Run a program.
@@ -53,6 +54,7 @@ def execute(
         attach: the other nodes are on the bus already: start none.
         watch: called with the rig before the run, in this process, not the nodes'.
         interrupted: whether the program is to end; called while it waits.
+        program_runs: told where a signal may raise at once; see ``ProgramLink``.
         terms: record the terms of the joints' torques as well.
 
     Raises:
@@ -78,6 +80,7 @@ def execute(
             progress=progress,
             keep=run_record is not None,
             interrupted=interrupted,
+            program_runs=program_runs,
         )
         return _run(session, program, settings, run_record)
     finally:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rfms_can.coordinator import Arm
+from rfms_can.coordinator.program_link import ProgramLink
 from rfms_can.coordinator.stopping import stopped, wait_for
 from rfms_can.errors import FaultError
 from rfms_can.master.node import MasterNode
@@ -70,6 +71,7 @@ class Session:
         each_cycle: called once for every closed cycle.
         threaded: whether in real time the bus has a thread of its own, beside the program's.
         interrupted: whether the program is to end.
+        program_runs: told where a signal may raise at once; see ``ProgramLink``.
 
     Attributes:
         link: the program's link to the master.
@@ -86,12 +88,15 @@ class Session:
         each_cycle: Callable[[], None] | None = None,
         threaded: bool = True,
         interrupted: Callable[[], bool] = lambda: False,
+        program_runs: Callable[[bool], None] = lambda _: None,
     ) -> None:
         self.rig = rig
         self.master = rig.master
         waits = rig.master.settings.clock_definition.waits_for_programs
         self._thread = ThreadedPump(rig.pump) if threaded and not waits else None
-        self.link = DirectLink(rig.master, self._thread or rig.pump, self._on_cycle, interrupted)
+        self._interrupted, self._program_runs = interrupted, program_runs
+        self._program: ProgramLink | None = None
+        self.link = DirectLink(rig.master, self._thread or rig.pump, self._on_cycle, self._ends)
         self.commanded: array[float] = array("d")
         self._bus_bound = bus_bound
         self._progress = progress
@@ -119,7 +124,7 @@ class Session:
         """
         try:
             self.bring_up()
-            program(Arm(self.link))
+            self._run(program)
             wait_for(self.link)
         except FaultError:
             self.coast(HALT_CYCLES)
@@ -131,6 +136,17 @@ class Session:
         finally:
             self.disable()
         return self.result()
+
+    def _run(self, program: Program) -> None:
+        self._program = ProgramLink(
+            self.link, interrupted=self._interrupted, program_runs=self._program_runs
+        )
+        with self._program as link:
+            program(Arm(link))
+
+    def _ends(self) -> bool:
+        """Whether a wait is to be cut short: interrupted, or a thread's at the program's end."""
+        return self._interrupted() or (self._program is not None and self._program.ending)
 
     def bring_up(self) -> None:
         """From power-up to an enabled arm: roll call, configuration, homing, start."""

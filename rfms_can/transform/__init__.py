@@ -11,6 +11,7 @@ from rfms_can.transform.drive import DriveTransform, motion_of
 from rfms_can.transform.homogeneous import (
     RIGID_TOLERANCE,
     WIRE_ROTATION_TOLERANCE,
+    NearestRotation,
     Transform,
     Vector3,
 )
@@ -21,6 +22,7 @@ __all__ = [
     "DriveTransform",
     "Matrix4",
     "Matrix6",
+    "NearestRotation",
     "Transform",
     "Vector3",
     "Vector6",

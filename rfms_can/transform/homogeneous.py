@@ -18,6 +18,12 @@ RIGID_TOLERANCE: Final = 1e-6
 WIRE_ROTATION_TOLERANCE: Final = 1e-5
 """Largest deviation of o and a from orthonormal on the wire: a hundred times float32's rounding."""
 
+MAX_CORRECTION: Final = 0.05
+"""Largest change of an element that still corrects rounding; two printed digits need a tenth."""
+
+_NEWTON_STEPS: Final = 8
+"""Steps of a quadratically convergent iteration that starts within ``MAX_CORRECTION``."""
+
 _NAN: Final = math.nan
 
 
@@ -56,14 +62,20 @@ class Transform(NamedTuple):
         """Rot(axis, angle): ``angle`` radians about ``axis`` (any length but zero).
 
         Raises:
-            KinematicsError: the axis has no direction.
+            KinematicsError: the axis has no direction, or the angle is not finite.
         """
+        if len(axis) != 3:
+            raise KinematicsError(f"rotation axis {axis!r}: give three numbers, e.g. (0, 0, 1)")
         x, y, z = axis
         length = math.sqrt(x * x + y * y + z * z)
         if not 0.0 < length < math.inf:
             raise KinematicsError(
                 f"rotation axis ({x}, {y}, {z}) has no direction: "
                 f"give a finite vector other than zero"
+            )
+        if not math.isfinite(angle):
+            raise KinematicsError(
+                f"rotation angle {angle} about ({x}, {y}, {z}) is not finite: give radians"
             )
         x, y, z = x / length, y / length, z / length
         s, c = math.sin(angle), math.cos(angle)
@@ -98,6 +110,51 @@ class Transform(NamedTuple):
                 f"a transform is 3 rows of 4 numbers [n o a p], not {[len(r) for r in rows]}"
             )
         return Transform(*(float(element) for row in rows for element in row))
+
+    @staticmethod
+    def nearest_rotation(rows: "Sequence[Sequence[float]] | Transform") -> "NearestRotation":
+        """The transform whose rotation is nearest to a matrix of rounded or measured numbers.
+
+        Nearest in the sum of squares of the elements: the orthogonal factor of the polar
+        decomposition (Higham, SIAM J. Sci. Stat. Comput. 7, 1986), which prefers no axis.
+
+        Args:
+            rows: three rows [n o a] or [n o a p], a 4 x 4 matrix, or a transform that is not rigid;
+                p, m, is kept.
+
+        Returns:
+            The transform, and the largest change of an element of n, o, a.
+
+        Raises:
+            KinematicsError: not such rows; left-handed; or more than ``MAX_CORRECTION`` from any
+                rotation, so that more is wrong than rounding.
+        """
+        n, o, a, p = _columns(rows.rows() if isinstance(rows, Transform) else rows)
+        given = (*n, *o, *a)
+        determinant = _dot(n, _cross(o, a))
+        if determinant < 0.0:
+            raise KinematicsError(
+                f"n, o, a have the determinant {determinant:.3g}: left-handed axes; change the "
+                f"sign of one, or exchange two"
+            )
+        for _ in range(_NEWTON_STEPS):
+            if not determinant:
+                break
+            half = 0.5 / determinant
+            n, o, a = (
+                _halves(n, half, _cross(o, a)),
+                _halves(o, half, _cross(a, n)),
+                _halves(a, half, _cross(n, o)),
+            )
+            determinant = _dot(n, _cross(o, a))
+        correction = max(abs(x - y) for x, y in zip((*n, *o, *a), given, strict=True))
+        if not (determinant and correction <= MAX_CORRECTION):  # also NaN
+            raise KinematicsError(
+                f"no rotation is within {MAX_CORRECTION:g} of n = {given[:3]}, o = {given[3:6]}, "
+                f"a = {given[6:]}: see whether rows and columns are exchanged, or one is scaled"
+            )
+        found = Transform(*(element for row in zip(n, o, a, p, strict=True) for element in row))
+        return NearestRotation(found, correction)
 
     @staticmethod
     def from_o_a_p(o: Sequence[float], a: Sequence[float], p: Sequence[float]) -> "Transform":
@@ -191,6 +248,53 @@ class Transform(NamedTuple):
     def is_rigid(self, tolerance: float = RIGID_TOLERANCE) -> bool:
         """Whether this is a rotation and a translation only."""
         return self.rigidity_error() <= tolerance
+
+
+class NearestRotation(NamedTuple):
+    """What ``Transform.nearest_rotation`` found.
+
+    Attributes:
+        transform: rigid, to rounding.
+        correction: largest change of an element of n, o, a.
+    """
+
+    transform: Transform
+    correction: float
+
+
+def _columns(rows: Sequence[Sequence[float]]) -> tuple[Vector3, Vector3, Vector3, Vector3]:
+    """n, o, a and p of three or four rows.
+
+    Raises:
+        KinematicsError: not 3 x 3, 3 x 4 or 4 x 4 finite numbers, or not 0 0 0 1 in the last row.
+    """
+    sizes = [len(row) for row in rows]
+    if sizes not in ([3] * 3, [4] * 3, [4] * 4):
+        raise KinematicsError(f"a rotation is 3 rows [n o a] or [n o a p], not {sizes}")
+    if len(rows) == 4 and [float(element) for element in rows[3]] != [0.0, 0.0, 0.0, 1.0]:
+        raise KinematicsError(f"the last row of a transform is 0 0 0 1, not {list(rows[3])}")
+    x, y, z = ([*map(float, row), 0.0][:4] for row in rows[:3])
+    if not math.isfinite(sum((*x, *y, *z))):
+        raise KinematicsError(f"rows {x}, {y}, {z} have an element that is not finite")
+    n, o, a, p = zip(x, y, z, strict=True)
+    return n, o, a, p
+
+
+def _dot(a: Vector3, b: Vector3) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Vector3, b: Vector3) -> Vector3:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def _halves(a: Vector3, factor: float, b: Vector3) -> Vector3:
+    """a / 2 + factor b."""
+    return (0.5 * a[0] + factor * b[0], 0.5 * a[1] + factor * b[1], 0.5 * a[2] + factor * b[2])
 
 
 _IDENTITY: Final = Transform.translation(0.0, 0.0, 0.0)

@@ -3,6 +3,9 @@
 import hashlib
 import json
 import os
+import struct
+import zipfile
+import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -17,6 +20,13 @@ from rfms_can.identification.experiments.tap import Integers
 from rfms_can.rig.settings import RunSettings
 
 SUFFIX: Final = ".npz"
+BROKEN: Final = (
+    *(OSError, ValueError, KeyError, TypeError, EOFError, NotImplementedError, RuntimeError),
+    *(zipfile.BadZipFile, zlib.error, struct.error, msgspec.MsgspecError),
+)
+"""What reading raises for a file that was cut or damaged, depending on where."""
+SAMPLE_SHAPE: Final = (4, 6)
+"""Of one cycle: counts, current ADC, velocity ADC and DAC of six joints."""
 
 
 class DataError(RfmsError):
@@ -90,9 +100,12 @@ def load(path: Path, digest: str) -> Data | None:
         with np.load(path) as file:
             table = file["table"]
             about = msgspec.json.decode(str(file["about"]), type=_About)
+            if table.shape[1:] != SAMPLE_SHAPE or table.dtype.kind != "i":
+                raise ValueError(f"its table is {table.shape} {table.dtype}")
             marks = tuple(Mark(**mark) for mark in about.marks)
-    except (OSError, ValueError, KeyError, TypeError, msgspec.MsgspecError) as error:
-        raise DataError(f"data {path}: {error}; remove it, or name another directory") from error
+    except BROKEN as error:
+        reason = str(error) or type(error).__name__
+        raise DataError(f"data {path}: {reason}; remove it, or name another directory") from error
     if about.fingerprint != digest:
         raise DataError(
             f"data {path}: made by another experiment, arm, plant or rate; name another directory "

@@ -20,6 +20,11 @@ FARTHEST_STOP: Final = (3.0, 3.0, 3.0, math.pi, math.pi, math.pi)
 more looks like one by less."""
 
 
+ROTATION_LEVER: Final = 0.2
+"""Where a mode has a speed of the tool and none of its rotation: distance from the tool's origin at
+which a rotation moves a point at that speed, m; half the reach of the smallest arm."""
+
+
 class Limits(NamedTuple):
     """What the correction of a reference may add to the motion of the tool.
 
@@ -41,7 +46,8 @@ class MotionMode:
         mode: straight in joint angles or in space.
         acceleration_time: t_acc, s.
         segment_time: t_seg, s, or None: it follows from the speeds.
-        speed, angular_speed: of the tool, m/s and rad/s; None where they do not matter.
+        speed, angular_speed: of the tool, m/s and rad/s; None where they do not matter. With a
+            speed alone the rotation has one too: ``speed / ROTATION_LEVER``.
         joint_speed: fraction of the joints' speed limits, or None.
         lengthen: whether a segment that breaks a limit is lengthened, or refused.
         transition: how the segment is entered.
@@ -88,7 +94,7 @@ class MotionMode:
             message.acceleration_time,
             message.segment_time,
             message.speed,
-            message.angular_speed,
+            _angular_speed(message),
             message.joint_speed,
             message.lengthen,
             Transition[message.transition.upper()],
@@ -99,6 +105,14 @@ class MotionMode:
             message.mass,
             message.mass_centre,
         )
+
+
+def _angular_speed(message: ModeMessage) -> float | None:
+    """As given, or with the tool's speed where nothing else bounds how fast it turns, rad/s."""
+    unbounded = message.angular_speed is None and message.joint_speed is None
+    if message.speed is not None and unbounded:
+        return message.speed / ROTATION_LEVER
+    return message.angular_speed
 
 
 def _check(message: ModeMessage) -> None:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from rfms_can.errors import TransformError
+from rfms_can.errors import KinematicsError, TransformError
 from rfms_can.transform import RIGID_TOLERANCE, Transform
 
 MAX_LENGTH: Final = 1e3
@@ -40,8 +40,21 @@ def check_rigid(name: str, transform: Transform) -> None:
         raise TransformError(
             f"transform {name!r} is not a rotation: off by {transform.rigidity_error():.3g}, "
             f"{RIGID_TOLERANCE:g} may be; build it with Transform.rotation and @"
+            f"{_or_squared_up(transform)}"
         )
     check_numbers(name, "its origin", (transform.px, transform.py, transform.pz), MAX_LENGTH)
+
+
+def _or_squared_up(transform: Transform) -> str:
+    """A further way out, where there is one: rounded digits."""
+    try:
+        _, correction = Transform.nearest_rotation(transform)
+    except KinematicsError:
+        return ""
+    return (
+        f", or take Transform.nearest_rotation(...).transform, which changes its elements by "
+        f"{correction:.2g} at most"
+    )
 
 
 def check_stamp(name: str, stamp: float, now: float, period_s: float) -> None:

@@ -3,7 +3,7 @@
 import math
 from typing import Final, NamedTuple
 
-from rfms_can.errors import KinematicsError
+from rfms_can.errors import JointLimitError, KinematicsError
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.limits import (
@@ -13,6 +13,7 @@ from rfms_can.master.trajectory.planning.limits import (
     worst_excess,
 )
 from rfms_can.master.trajectory.planning.preview import Preview, preview
+from rfms_can.master.trajectory.planning.speed_jump import speed_jump
 from rfms_can.master.trajectory.planning.times import least_ticks
 from rfms_can.master.trajectory.segment import Transition
 
@@ -76,7 +77,13 @@ class Trial(NamedTuple):
         base = self.base if times == self.times else self.base.with_time(*times)
         seen = preview(self.frame, self.departed, base, self.ends)
         phases = [phase for phase in seen if phase is not None]
-        check_ranges(self.arm, phases, base.segment.move.sequence)
+        try:
+            check_ranges(self.arm, phases, base.segment.move.sequence)
+        except JointLimitError as error:
+            jump = speed_jump(base, self.frame)
+            if jump is None:
+                raise
+            raise JointLimitError(f"move {base.segment.move.sequence}: {jump}") from error
         return Outcome(base, seen, worst_excess(self.arm, phases))
 
     def slowed(self, excess: Excess, longest: int) -> Outcome | None:
