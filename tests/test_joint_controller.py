@@ -72,7 +72,7 @@ class LifeBench(FieldNodeBench[FieldNode]):
     def build(self, parameters: Parameters) -> Listener:
         if parameters[Parameter.KP] == 0.0:
             raise KinematicsError("an arm that this node cannot solve")
-        self.heard_of = parameters
+        self.heard_of = dict(parameters)
         self.built.append(Listener())
         return self.built[-1]
 

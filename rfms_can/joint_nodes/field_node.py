@@ -5,7 +5,7 @@ state table does not have are ignored and counted. What a node does with its boa
 controller's, which exists as a whole from COMMIT on, or not at all.
 """
 
-from collections import Counter
+from collections import ChainMap, Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, NamedTuple, Protocol
 
@@ -340,7 +340,7 @@ class FieldNode(Endpoint):
         if contradiction(p) is not None:
             return ConfigStatus.REFUSED_VALUE
         try:
-            self.controller = self._build({**DEFAULTS, **p})
+            self.controller = self._build(ChainMap(p, DEFAULTS))
         except KinematicsError:
             return ConfigStatus.UNSUPPORTED
         self.config_hash = digest

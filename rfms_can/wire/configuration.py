@@ -183,8 +183,9 @@ _NOT_BEYOND: Final = (
 def contradiction(values: Mapping[Parameter, float]) -> str | None:
     """Which parameter of a set lies beyond another that bounds it; None if none does."""
     for lesser, greater in _NOT_BEYOND:
-        if lesser in values and values[lesser] > values[greater]:
-            return f"{lesser.name} {values[lesser]:g} is beyond {greater.name} {values[greater]:g}"
+        low, high = values.get(lesser), values.get(greater)
+        if low is not None and high is not None and low > high:
+            return f"{lesser.name} {low:g} is beyond {greater.name} {high:g}"
     return None
 
 
