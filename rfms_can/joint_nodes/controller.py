@@ -23,6 +23,7 @@ from rfms_can.joint_nodes.stop_ramp import StopRamp
 from rfms_can.node.encoder_reference import AMBIGUITY, EncoderReference
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.setpoint.frames import setpoint_of
+from rfms_can.tables import complete
 from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import (
@@ -394,19 +395,28 @@ class JointController:
     def enter(self, state: NodeState) -> None:
         """The node's state has changed."""
         self._decide()
-        if state is NodeState.PREOP:
-            self._rows.clear()  # a master that starts over numbers its sets from the beginning
-        elif state is NodeState.HOMING:
-            self.homing.begin()
-            self.servo.reset()
-        elif state is NodeState.OPERATIONAL:
-            self.servo.reset()
-            self.trajectory.reset(self.theta)
-            self._inputs.start()
-            self._cycles_held = 0
-            self._bias = self._displacement = 0.0
-        elif state is NodeState.QUICKSTOP:
-            self._begin_stop(self.trajectory.theta + self._displacement, self.trajectory.rate)
+        begin = _ENTRY[state]
+        if begin is not None:
+            begin(self)
+
+    def _forget_rows(self) -> None:
+        """A master that starts over numbers its sets from the beginning."""
+        self._rows.clear()
+
+    def _begin_homing(self) -> None:
+        self.homing.begin()
+        self.servo.reset()
+
+    def _begin_servo(self) -> None:
+        """Hold where the joint is, without a past."""
+        self.servo.reset()
+        self.trajectory.reset(self.theta)
+        self._inputs.start()
+        self._cycles_held = 0
+        self._bias = self._displacement = 0.0
+
+    def _begin_quickstop(self) -> None:
+        self._begin_stop(self.trajectory.theta + self._displacement, self.trajectory.rate)
 
     def _begin_stop(self, position: float, speed: float) -> None:
         """Begin the controlled stop; it ends inside the range, by braking harder if it must."""
@@ -445,3 +455,18 @@ class JointController:
         """A cycle without a set-point (R1): the last one stays, its history goes on."""
         self.trajectory.miss()
         self._cycles_held += 1
+
+
+_ENTRY: Final = complete(
+    {
+        NodeState.INIT: None,
+        NodeState.PREOP: JointController._forget_rows,
+        NodeState.HOMING: JointController._begin_homing,
+        NodeState.READY: None,
+        NodeState.OPERATIONAL: JointController._begin_servo,
+        NodeState.QUICKSTOP: JointController._begin_quickstop,
+        NodeState.FAULT: None,
+    },
+    NodeState,
+)
+"""What begins with a state."""

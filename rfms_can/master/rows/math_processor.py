@@ -1,6 +1,6 @@
 """The math processor: row sets of each cycle, from a model of the arm (VI.4.5)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from rfms_can.dynamics.model import LoadedDynamics
 from rfms_can.kinematics import jacobian
 from rfms_can.master.rows.compliance import RIGID, Compliance
 from rfms_can.master.rows.law_rows import ComplyingRows
+from rfms_can.tables import complete
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.vocabulary import Law
 
@@ -24,6 +25,27 @@ COMPLIANT_DAMPING: Final = 30.0
 stops within a tenth of a second; a push of 30 N sends a tip of 5 kg off at 0.2 m/s. With a third of
 it what friction is left lets a peg lean while it goes down, until it touches its hole twice."""
 _IDENTITY: Final = [[float(i == j) for j in JOINTS] for i in JOINTS]
+
+
+class WireRows(NamedTuple):
+    """What travels as row n of a law, by the torque equation of the nodes.
+
+    Attributes:
+        complying: of the law's rows.
+        rigid: of the inertia's, where nothing complies.
+    """
+
+    complying: Callable[[LawRows], Matrix]
+    rigid: Callable[[list[list[float]]], list[list[float]]]
+
+
+_WIRE_ROWS: Final = complete(
+    {
+        Law.PID: WireRows(lambda rows: rows.errors, lambda _inertia: _IDENTITY),
+        Law.WEIGHTED: WireRows(lambda rows: rows.weighted, lambda inertia: inertia),
+    },
+    Law,
+)
 
 
 class RowSet(NamedTuple):
@@ -89,16 +111,16 @@ class MathProcessor:
         dynamics.carry(load)
         dynamics.update(q)
         J, M, g = dynamics.J, dynamics.M, dynamics.g
-        weighted = self._law.wire is Law.WEIGHTED
+        wire = _WIRE_ROWS[self._law.wire]
         inertia = M.tolist()
         damping, bits, rows = 0.0, 0, None
         if compliance.selection.size and self._law.complies:
             rows = self._complying(q, compliance, J, M)
-            law = (rows.weighted if weighted else rows.errors).tolist()
+            law = wire.complying(rows).tolist()
             damping, bits = COMPLIANT_DAMPING * self._law.damped, compliance.bits
         else:
             compliance = compliance._replace(selection=RIGID)
-            law = inertia if weighted else _IDENTITY
+            law = wire.rigid(inertia)
         gravity = g.tolist()
         tail = (number, self._law.wire, damping, bits, compliance.number)
         values = [(*law[i], *inertia[i], gravity[i], *tail) for i in range(len(JOINTS))]
