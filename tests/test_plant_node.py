@@ -10,9 +10,9 @@ from rfms_can.plant.brake_watchdog import SILENT_CYCLES
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
-from rfms_can.wire.nodes import GRIPPER, JOINTS
-from rfms_can.wire.records import Dac, Estop, Measure, Nmt, Sync
-from rfms_can.wire.vocabulary import Command, NodeState
+from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER
+from rfms_can.wire.records import Dac, Estop, Heartbeat, Measure, Nmt, Sync
+from rfms_can.wire.vocabulary import DRIVEN, Command, NodeState
 
 
 class ScriptedPhysics(PlantPhysics):
@@ -326,3 +326,20 @@ def test_start_lets_counters_begin_anew(bench: PlantBench) -> None:
     )
     assert {frame.data[2] for frame in frames} == {0}
     assert bench.node.discarded == 0
+
+
+@pytest.mark.parametrize("state", NodeState)
+def test_a_second_master_is_heard_only_where_none_drives(
+    bench: PlantBench, state: NodeState
+) -> None:
+    """Its RESET, of counter 0, would lift an emergency stop."""
+    for boot_id in (8, 11):
+        bench.sync(state)
+        values = (state, 0, 0, boot_id, bench.wire.dbc_hash, 0, 0, 0)
+        bench.give(bench.wire.sender(Heartbeat, MASTER).frame(*values))
+        for _ in range(20):
+            bench.command(Command.ANNOUNCE)
+    bench.say(Estop, None, *ESTOP_VALUES)
+    bench.give(bench.wire.sender(Heartbeat, MASTER).frame(state, 0, 0, 12, 0, 0, 0, 0))
+    bench.give(bench.wire.sender(Nmt).frame(Command.RESET, 0, 0))
+    assert bench.node._stopped == (state in DRIVEN)

@@ -27,6 +27,7 @@ from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import HEARTBEAT_EVERY, MASTER
 from rfms_can.wire.records import Config, ConfigAck, Emcy, Estop, Heartbeat, Nmt, Sync
 from rfms_can.wire.vocabulary import (
+    DRIVEN,
     Command,
     ConfigStatus,
     FaultCode,
@@ -40,9 +41,6 @@ _SYNC_MISSING: Final = FaultCode.SYNC_MISSING
 _KNOWN: Final[dict[int, Parameter]] = {int(p): p for p in PARAMETERS}
 LARGEST: Final = 1e9
 """Largest magnitude of a number in EMCY."""
-_DRIVEN: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
-"""States in which an arm is driven: of a node, and of the master in SYNC."""
-
 
 Parameters = Mapping[Parameter, float]
 """The configuration of a node, by parameter."""
@@ -186,7 +184,7 @@ class FieldNode(Endpoint):
             value: the number that broke the bound of ``cause``; without one, how many cycles the
                 fault has lasted, against the rung of the ladder.
         """
-        if self.state in _DRIVEN or self.reaction is Reaction.DAMP:
+        if self.state in DRIVEN or self.reaction is Reaction.DAMP:
             reaction = self.ladder.miss(fault)
             if value is None:
                 value = float(self.ladder.misses[fault])
@@ -234,7 +232,7 @@ class FieldNode(Endpoint):
         self.ladder.clear(_SYNC_MISSING)
         self.cycle = sync.cycle
         self.bus_state = _STATES[sync.state]
-        self._synchronised = True
+        self._synchronised = self.config_hash != 0  # without one there is nothing to take over
         if self.config_hash:
             self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
@@ -252,7 +250,7 @@ class FieldNode(Endpoint):
 
     def _on_master(self, beat: Heartbeat) -> None:
         """A master that has started again counts from 0; not one beside a master that drives."""
-        if self._synchronised and self.bus_state in _DRIVEN:
+        if self._synchronised and self.bus_state in DRIVEN:
             if beat.boot_id != self._boots.setdefault(MASTER, beat.boot_id):
                 self.ignored["HEARTBEAT of a second master"] += 1
         else:
@@ -337,7 +335,7 @@ class FieldNode(Endpoint):
             return ConfigStatus.TAKEN  # the same again: what is built stays, its reference too
         if p[Parameter.SENSOR_SOURCE] not in self._sources:
             return ConfigStatus.UNSUPPORTED
-        if contradiction(p) is not None:
+        if contradiction({**DEFAULTS, **p}) is not None:
             return ConfigStatus.REFUSED_VALUE
         try:
             self.controller = self._build(ChainMap(p, DEFAULTS))

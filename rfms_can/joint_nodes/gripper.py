@@ -10,7 +10,7 @@ from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import DAC_MAX, DAC_MIN
 from rfms_can.joint_nodes.states import Event
-from rfms_can.wire.configuration import GRIPPER_PARAMETERS
+from rfms_can.wire.configuration import DEFAULTS, GRIPPER_PARAMETERS
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import GRIPPER
 from rfms_can.wire.protection import Sender
@@ -127,8 +127,9 @@ class GripperNode(FieldNode):
     controller: GripperController | None
 
     def __init__(self, wire: Wire, boot_id: int) -> None:
-        needed, make = GRIPPER_PARAMETERS, self._make_controller
-        super().__init__(GRIPPER, wire, boot_id, needed, needed, make, self._drop)
+        known, make = GRIPPER_PARAMETERS, self._make_controller
+        needed = known - DEFAULTS.keys()
+        super().__init__(GRIPPER, wire, boot_id, needed, known, make, self._drop)
         self._inputs = GripperInputs()
         self._dac = self._sends(Dac, GRIPPER)
         self._hears(Measure, GRIPPER, self._on_measure)

@@ -304,6 +304,9 @@ class MasterNode(Endpoint):
             self.cycle.begin(self._now_ns, self._now_ns, self._out)
 
     def _on_emergency(self, node: int, emergency: Emcy) -> None:
+        """A fault ends the run; one that an earlier run left behind ends with the reset."""
+        if self.machine.phase is Phase.ROLL_CALL:
+            return
         self._halt(f"{NODE_NAMES[node]}: {emergency_in_words(self.wire, node, emergency)}")
 
     def _on_estop(self, estop: Estop) -> None:

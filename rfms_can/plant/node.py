@@ -20,7 +20,7 @@ from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, PLANT
 from rfms_can.wire.records import Dac, Estop, Force, Heartbeat, Measure, Nmt, Reference, Sync
-from rfms_can.wire.vocabulary import Command, NodeState
+from rfms_can.wire.vocabulary import DRIVEN, Command, NodeState
 
 
 class PlantNode(Endpoint):
@@ -163,8 +163,8 @@ class PlantNode(Endpoint):
             self.ignored["stale DAC"] += 1
 
     def _on_master(self, beat: Heartbeat) -> None:
-        """A master that has started again counts from 0; not one beside a master that runs."""
-        if not (self._synchronised and self._bus_state is NodeState.OPERATIONAL):
+        """A master that has started again counts from 0; not one beside a master that drives."""
+        if not (self._synchronised and self._bus_state in DRIVEN):
             self._note_boot(MASTER, beat.boot_id)
 
     def _on_command(self, nmt: Nmt) -> None:

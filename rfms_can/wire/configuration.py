@@ -129,7 +129,7 @@ PARAMETERS: Final[dict[Parameter, ParameterRange]] = complete(
     },
     [p for p in Parameter if p is not Parameter.COMMIT],
 )
-"""All parameters but COMMIT, which closes a set. A joint needs every one."""
+"""All parameters but COMMIT, which closes a set. A joint has every one."""
 
 JOINT_PARAMETERS: Final = frozenset(p for p, r in PARAMETERS.items() if r.default is None)
 """Those a joint needs: all of contract 2.0. A master that does not know one added later configures
@@ -137,7 +137,7 @@ the joint all the same."""
 DEFAULTS: Final = {p: r.default for p, r in PARAMETERS.items() if r.default is not None}
 """What holds for those that were not sent."""
 GRIPPER_PARAMETERS: Final = frozenset(p for p, known in PARAMETERS.items() if known.gripper)
-"""Those the gripper needs."""
+"""Those the gripper has."""
 
 LATER: Final = frozenset(
     (

@@ -187,11 +187,9 @@ class Receiver(Generic[Record]):
         step = counter - last & 0xFF
         if 0 < step <= COUNTER_WINDOW:
             self.lost += step - 1
-        elif not (provisional and step):
+        elif not (provisional and step) and not self._ends_a_row(counter, last):
             self.refused[Refusal.ORDER if step else Refusal.DUPLICATE] += 1
-            if not self._ends_a_row(counter, last):
-                return False
-            self.refused[Refusal.ORDER] -= 1
+            return False
         self._expected = follower
         return True
 

@@ -1,6 +1,7 @@
 """The enumerations of the wire: the DBC's value tables by name. A test holds them against it."""
 
 from enum import IntEnum
+from typing import Final
 
 
 def name_of(kind: type[IntEnum], value: int) -> str:
@@ -21,6 +22,10 @@ class NodeState(IntEnum):
     OPERATIONAL = 4
     QUICKSTOP = 5
     FAULT = 6
+
+
+DRIVEN: Final = frozenset((NodeState.HOMING, NodeState.OPERATIONAL, NodeState.QUICKSTOP))
+"""States in which an arm is driven: of a node, and of the master in SYNC."""
 
 
 class Command(IntEnum):

@@ -11,7 +11,7 @@ from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import JOINTS, NODE_NAMES
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Config, ConfigAck
-from rfms_can.wire.vocabulary import Command, Parameter
+from rfms_can.wire.vocabulary import Command, NodeState, Parameter
 
 RETRY_NS: Final = 500_000_000
 """Time between two calls, ns."""
@@ -68,8 +68,10 @@ class BringUp:
 
     @property
     def all_present(self) -> bool:
-        """Whether every node has announced itself since the nodes were reset."""
-        return not self.introducing and not self.roster.absent()
+        """Whether every node has announced itself, and has taken the reset."""
+        if self.introducing or self.roster.absent():
+            return False
+        return self.roster.all_in(NodeState.PREOP)
 
     def call(self, now_ns: int) -> Sequence[Frame]:
         """Ask those who are silent, again; in vain for too long is a problem.
@@ -86,15 +88,17 @@ class BringUp:
             self.problem = self._whom_we_wait_for()
             return ()
         if not self._configuring:
-            resets = (Command.RESET,) if self._calls == 2 else ()
-            commands = (*resets, Command.ANNOUNCE)
-            return [self._nmt.frame(command, 0, 0) for command in commands]
+            # a joint that still drives for a master that was killed takes RESET once it has stopped
+            return [self._nmt.frame(c, 0, 0) for c in (Command.RESET, Command.ANNOUNCE)]
         return [d.current() for d in self._dialogues.values() if not d.done]
 
     def _whom_we_wait_for(self) -> str:
         if not self._configuring:
             absent = ", ".join(self.roster.absent())
-            return f"not on the bus: {absent}; start them, or look at their own error messages"
+            if absent:
+                return f"not on the bus: {absent}; start them, or look at their own error messages"
+            busy = ", ".join(self.roster.not_in(NodeState.PREOP))
+            return f"RESET is not taken by {busy}; does another master run on this bus?"
         silent = ", ".join(NODE_NAMES[n] for n, d in self._dialogues.items() if not d.done)
         return f"no answer to CONFIG from {silent}"
 

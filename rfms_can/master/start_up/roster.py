@@ -4,7 +4,7 @@ from typing import Final
 
 from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
 from rfms_can.wire.records import Heartbeat
-from rfms_can.wire.vocabulary import NodeState
+from rfms_can.wire.vocabulary import NodeState, name_of
 
 EXPECTED: Final = (*JOINTS, GRIPPER, PLANT)
 SERVOS: Final = (*JOINTS, GRIPPER)
@@ -68,6 +68,11 @@ class Roster:
     def all_in(self, state: NodeState) -> bool:
         """Whether every joint and the gripper last reported ``state``."""
         return all(n in self.beats and self.beats[n].state == state for n in SERVOS)
+
+    def not_in(self, state: NodeState) -> list[str]:
+        """Joints and gripper that last reported another state, each with it."""
+        beats = [(NODE_NAMES[n], self.beats[n].state) for n in SERVOS if n in self.beats]
+        return [f"{name} ({name_of(NodeState, now)})" for name, now in beats if now != state]
 
     def discarded(self) -> dict[str, int]:
         """Frames each node has discarded since its start."""
