@@ -1,4 +1,4 @@
-"""What a joint believes of its bus: frames that nobody of ours would send, at any moment."""
+"""What a joint believes of its bus: frames that no node of ours would send, at any moment."""
 
 from collections.abc import Callable
 

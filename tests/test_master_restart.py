@@ -113,7 +113,7 @@ def test_nodes_that_do_not_take_the_reset_are_named(fleet_of_two_masters: Fleet)
 
 @pytest.fixture
 def fleet_of_two_masters(wire: Wire) -> Fleet:
-    """Joint 4 drives for somebody else, and does not listen."""
+    """Joint 4 drives for another master, and does not listen."""
     fleet = Fleet(wire)
     fleet.pump.run_until(lambda: fleet.joints[3].state is NodeState.PREOP)
     fleet.joints[3].state = NodeState.OPERATIONAL
