@@ -54,6 +54,7 @@ class ServoConfig:
         transfer_step: largest step of a bumpless transfer in one cycle, Nm.
         torque_per_code, torque_per_force_code: Nm per code of the two DACs; negative where the
             motor turns against the joint.
+        bias_limit: the largest torque of the force set-point DAC, Nm.
     """
 
     index: int
@@ -73,6 +74,7 @@ class ServoConfig:
     transfer_step: float
     torque_per_code: float
     torque_per_force_code: float
+    bias_limit: float
 
     @classmethod
     def of(cls, parameters: Mapping[Parameter, float], joint: int) -> "ServoConfig":
@@ -99,6 +101,7 @@ class ServoConfig:
             transfer_step=TRANSFER_FRACTION * limit,
             torque_per_code=p[Parameter.TORQUE_PER_CODE],
             torque_per_force_code=p[Parameter.TORQUE_PER_FORCE_CODE],
+            bias_limit=DAC_MAX * abs(p[Parameter.TORQUE_PER_FORCE_CODE]),
         )
 
 
@@ -418,7 +421,7 @@ class Servo:
 
         What it cannot give must not be taken off the servo's own torque either.
         """
-        limit = DAC_MAX * abs(self.config.torque_per_force_code)
+        limit = self.config.bias_limit
         return -limit if bias < -limit else limit if bias > limit else bias
 
     def code(self, torque: float) -> int:
