@@ -10,7 +10,7 @@ from typing import Final
 
 from rfms_can.errors import KinematicsError
 from rfms_can.joint_nodes.field_node import Parameters
-from rfms_can.kinematics import Configuration, JointSolver, SphericalWrist
+from rfms_can.kinematics import WIRE, Configuration, JointSolver, SphericalWrist
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.configuration import Kinematics, geometry_rows
@@ -40,14 +40,12 @@ class AngleSolver:
         KinematicsError: the configuration asks for a closed form that this node does not have.
     """
 
-    __slots__ = ("_form", "_index", "_max", "_min", "solve")
+    __slots__ = ("_form", "_index", "_lower", "_upper", "solve")
 
     def __init__(self, parameters: Parameters, joint: int) -> None:
         self._index = joint - 1
-        self._min, self._max = (
-            parameters[Parameter.POSITION_MIN],
-            parameters[Parameter.POSITION_MAX],
-        )
+        self._lower = parameters[Parameter.POSITION_MIN] - WIRE.angle
+        self._upper = parameters[Parameter.POSITION_MAX] + WIRE.angle
         self._form = _closed_form(parameters, joint)
         self.solve: Solve = _no_solution if self._form is None else self._form.solve
 
@@ -70,7 +68,7 @@ class AngleSolver:
             if angles is None or not angles.joints & own_bit:
                 return self.solve(pose, configuration, previous)
             angle = angles[index]
-            return angle if self._min <= angle <= self._max else math.nan
+            return angle if self._lower <= angle <= self._upper else math.nan
 
         return solve
 

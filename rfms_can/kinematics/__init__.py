@@ -4,7 +4,13 @@
 ``JointSolver`` one, for a node that runs alone. Angles in radians, lengths in metres.
 """
 
-from rfms_can.kinematics.closed_form import EXACT, WIRE, WRIST_BOUND, Tolerance
+from rfms_can.kinematics.closed_form import (
+    EXACT,
+    EXACT_WRIST_BOUND,
+    WIRE,
+    WRIST_BOUND,
+    Tolerance,
+)
 from rfms_can.kinematics.configuration import CONFIGURATIONS, Configuration, configuration_of
 from rfms_can.kinematics.direct import direct
 from rfms_can.kinematics.geometry import Geometry, Joints, Limits, SphericalWrist
@@ -15,12 +21,14 @@ from rfms_can.kinematics.limits import nearest_turn, within_limits
 from rfms_can.kinematics.singularity import (
     REGULAR_BOUNDS,
     SingularityMargins,
+    nearest_singularity,
     singularity_margins,
 )
 
 __all__ = [
     "CONFIGURATIONS",
     "EXACT",
+    "EXACT_WRIST_BOUND",
     "REGULAR_BOUNDS",
     "WIRE",
     "WRIST_BOUND",
@@ -39,6 +47,7 @@ __all__ = [
     "inverse_all",
     "inverse_jacobian",
     "jacobian",
+    "nearest_singularity",
     "nearest_turn",
     "singularity_margins",
     "within_limits",

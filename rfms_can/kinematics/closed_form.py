@@ -26,7 +26,10 @@ SHOULDER_POINT_BOUND: Final = 1e-6
 """Distance of wrist centre and shoulder, m, below which theta2 is undefined."""
 
 WRIST_BOUND: Final = 1e-5
-"""|S5| below which theta4 is held: sixty times the float32 noise of set-points in S5."""
+"""|S5| below which theta4 is open: sixty times the float32 noise of set-points in S5."""
+
+EXACT_WRIST_BOUND: Final = 1e-7
+"""The same along a path in double precision: rounding moves theta4 by 3e-9 rad there."""
 
 CosSin = tuple[float, float]
 """Cosine and sine of an angle, passed from one joint's solution to the next."""
@@ -140,10 +143,12 @@ class ClosedForm:
         return c23 * v113 + s23 * az, c1 * ay - s1 * ax, c23 * az - s23 * v113
 
     @staticmethod
-    def roll(v313: float, v323: float, noflip: bool, held: CosSin) -> CosSin:
-        """C4 and S4 (A.55); ``held`` where |S5| is below ``WRIST_BOUND``: theta4 is undefined."""
+    def roll(
+        v313: float, v323: float, noflip: bool, held: CosSin, bound: float = WRIST_BOUND
+    ) -> CosSin:
+        """C4 and S4 (A.55); ``held`` where |S5| is below ``bound``: theta4 is undefined."""
         s5 = math.hypot(v313, v323)
-        if s5 < WRIST_BOUND:
+        if s5 < bound:
             return held
         scale = -1.0 / s5 if noflip else 1.0 / s5
         return v313 * scale, v323 * scale

@@ -5,7 +5,14 @@ from collections.abc import Sequence
 from typing import Final
 
 from rfms_can.errors import KinematicsError, SingularityError
-from rfms_can.kinematics.closed_form import EXACT, WRIST_BOUND, ClosedForm, CosSin, Tolerance
+from rfms_can.kinematics.closed_form import (
+    EXACT,
+    EXACT_WRIST_BOUND,
+    WRIST_BOUND,
+    ClosedForm,
+    CosSin,
+    Tolerance,
+)
 from rfms_can.kinematics.configuration import CONFIGURATIONS, Configuration
 from rfms_can.kinematics.geometry import Geometry, Joints
 from rfms_can.kinematics.limits import nearest_turn
@@ -19,9 +26,9 @@ _NO_ROLL: Final[CosSin] = (1.0, 0.0)
 class InverseKinematics:
     """The inverse solution of one arm, its constants computed once.
 
-    Where the wrist is singular (|S5| < ``WRIST_BOUND``) theta4 is held at its previous value and
-    theta6 follows: T6 determines their sum (theta5 = 0) or difference (theta5 = pi).
-    ``wrist_singularity`` reports it.
+    Where the wrist is singular theta4 is open and theta6 follows: T6 determines their sum
+    (theta5 = 0) or difference (theta5 = pi). theta4 is then as it is given, or else held at its
+    previous value. ``wrist_singularity`` reports it.
     """
 
     def __init__(self, arm: Geometry, tolerance: Tolerance = EXACT) -> None:
@@ -32,12 +39,16 @@ class InverseKinematics:
         )
 
     def branch(
-        self, t6: Transform, configuration: Configuration, held: CosSin = _NO_ROLL
+        self,
+        t6: Transform,
+        configuration: Configuration,
+        held: CosSin = _NO_ROLL,
+        bound: float = WRIST_BOUND,
     ) -> Joints:
         """The solution of one branch by the formulas, without joint limits.
 
-        Each angle is correct modulo a turn; ``held`` is the cosine and sine of theta4 at a wrist
-        singularity. Never raises: undefined angles are NaN.
+        Each angle is correct modulo a turn; ``held`` is the cosine and sine of theta4 where |S5| is
+        below ``bound``. Never raises: undefined angles are NaN.
         """
         left, up, noflip = configuration
         form, pz, atan2 = self._form, t6[11], math.atan2
@@ -46,7 +57,7 @@ class InverseKinematics:
         waist = c1, s1 = form.waist(t6, v114)
         forearm = form.forearm(v114, pz, rho2, k, m)
         v313, v323, c5 = form.approach(t6, waist, forearm)
-        roll = c4, s4 = form.roll(v313, v323, noflip, held)
+        roll = c4, s4 = form.roll(v313, v323, noflip, held, bound)
         s5 = -c4 * v313 - s4 * v323  # (A.59)
         return (
             atan2(s1, c1),
@@ -62,11 +73,14 @@ class InverseKinematics:
         t6: Transform,
         configuration: Configuration,
         previous: Sequence[float] | None = None,
+        theta4: float | None = None,
     ) -> Joints:
         """The joint angles of ``t6`` (rigid, metres) in ``configuration``, radians.
 
         Each angle is the turn nearest to ``previous`` that lies in the joint's range; without
-        ``previous``, nearest to zero. At a wrist singularity theta4 is that of ``previous``.
+        ``previous``, nearest to zero. ``theta4`` is taken where it is open, |S5| under
+        ``WRIST_BOUND``. Without it that of ``previous`` is held, under ``EXACT_WRIST_BOUND``: so
+        far the angles along a path are told by the path.
 
         Raises:
             UnreachableError: inside the shoulder cylinder, at the shoulder, too near or too far.
@@ -76,7 +90,9 @@ class InverseKinematics:
         if previous is None:
             previous = _AT_ZERO
         p1, p2, p3, p4, p5, p6 = previous
-        q1, q2, q3, q4, q5, q6 = self.branch(t6, configuration, (math.cos(p4), math.sin(p4)))
+        held, bound = (p4, EXACT_WRIST_BOUND) if theta4 is None else (theta4, WRIST_BOUND)
+        roll = (math.cos(held), math.sin(held))
+        q1, q2, q3, q4, q5, q6 = self.branch(t6, configuration, roll, bound)
         r1, r2, r3, r4, r5, r6 = self._ranges
         q = (
             nearest_turn(q1, p1, *r1),
@@ -106,16 +122,20 @@ class InverseKinematics:
             branches[configuration] = (q1, q2, math.remainder(q3, math.tau), q4, q5, q6)
         return branches
 
-    def wrist_singularity(
-        self, t6: Transform, configuration: Configuration
-    ) -> SingularityError | None:
-        """The wrist singularity at ``t6`` by name, number and bound; None if it is regular."""
+    def wrist_sine(self, t6: Transform, configuration: Configuration) -> float:
+        """|S5| at ``t6``; NaN if it is out of reach."""
         left, up, _ = configuration
         form = self._form
         v114 = form.v114(t6, left)
         forearm = form.forearm(v114, t6[11], *form.triangle(v114, t6[11], up))
         v313, v323, _ = form.approach(t6, form.waist(t6, v114), forearm)
-        s5 = math.hypot(v313, v323)
+        return math.hypot(v313, v323)
+
+    def wrist_singularity(
+        self, t6: Transform, configuration: Configuration
+    ) -> SingularityError | None:
+        """The wrist singularity at ``t6`` by name, number and bound; None if it is regular."""
+        s5 = self.wrist_sine(t6, configuration)
         if not s5 < WRIST_BOUND:
             return None
         return SingularityError(

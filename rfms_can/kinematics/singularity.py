@@ -47,6 +47,37 @@ def singularity_margins(arm: Geometry, q: Sequence[float]) -> SingularityMargins
     )
 
 
+class Nearness(NamedTuple):
+    """The singularity a pose is nearest to.
+
+    Attributes:
+        name: elbow, shoulder or wrist.
+        margin: sine, or distance as a part of a2; its sign is the configuration.
+    """
+
+    name: str
+    margin: float
+
+    @property
+    def text(self) -> str:
+        """In words."""
+        return _IN_WORDS[self.name].format(abs(self.margin))
+
+
+_IN_WORDS: Final = {
+    "elbow": "the elbow singularity (stretched or folded arm, sine of the bend {:.2g})",
+    "shoulder": "the shoulder singularity (wrist centre {:.2g} a2 from the joint-1 axis)",
+    "wrist": "the wrist singularity (|sin theta5| = {:.2g})",
+}
+
+
+def nearest_singularity(arm: Geometry, q: Sequence[float]) -> Nearness:
+    """Which singularity the joint angles ``q``, rad, are nearest to."""
+    elbow, shoulder, wrist = singularity_margins(arm, q)
+    margins = {"elbow": elbow, "shoulder": shoulder / abs(arm.a2), "wrist": wrist}
+    return Nearness(*min(margins.items(), key=lambda item: abs(item[1])))
+
+
 def require_regular(arm: Geometry, q: Sequence[float]) -> None:
     """Refuse a pose whose Jacobian cannot be inverted.
 

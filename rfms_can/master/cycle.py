@@ -207,7 +207,8 @@ class ControlCycle:
             return
         if refusal is None:
             gripper = self._requests.gripper
-            self._next = Outgoing(setpoint, displacement, self._force.bias, gripper)
+            told = self._motion.commanded.told
+            self._next = Outgoing(setpoint, told, displacement, self._force.bias, gripper)
         else:
             self.halt(f"set-point refused before it was sent: {refusal}", out)
 

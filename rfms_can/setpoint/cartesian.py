@@ -8,7 +8,7 @@ from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
 
 class CartesianSetpoint(NamedTuple):
-    """The master's set-point of a cycle; the last three attributes are not sent.
+    """The master's set-point of a cycle; the last five attributes are not sent.
 
     Attributes:
         state: the row of Table 3.3.
@@ -27,6 +27,8 @@ class CartesianSetpoint(NamedTuple):
         n: local time in periods, -n_acc to n_seg: whole at full speed.
         h: the segment parameter (3.15, 3.16).
         sequence: sequence number of the current move, 0 before the first.
+        theta4_1, theta4_2: theta4, rad, where ``T6_1`` or ``T6_2`` leaves it open because the wrist
+            is straight there; None where it stays as it was. Joints are told all angles there.
     """
 
     state: TrajectoryState
@@ -42,3 +44,5 @@ class CartesianSetpoint(NamedTuple):
     n: float = 0
     h: float = 0.0
     sequence: int = 0
+    theta4_1: float | None = None
+    theta4_2: float | None = None

@@ -13,6 +13,9 @@ from rfms_can.setpoint.history import window_for
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
 
+_Second = tuple[Transform, float | None]
+"""T6_2, and theta4 (rad) where it leaves that open."""
+
 _NOWHERE: Final = Segment.hold(Transform.identity(), Configuration(True, True, True))
 
 
@@ -112,12 +115,12 @@ class SegmentRunner:
         self._enter(self.next, past)
         segment, moment = self.segment, self._moment(tick)
         move = segment.move
-        if segment.drive is not None:
-            pose, goal = segment.pose(moment, 1.0), None
-        else:
-            pose, goal = left.target.pose(at_goal), move.target.pose(moment)
         p = past / (2 * move.acceleration_ticks)
-        return self._setpoint(Stage.START, pose, left.configuration, goal, p)
+        if segment.drive is not None:
+            pose = segment.pose(moment, 1.0)
+            return self._setpoint(Stage.START, pose, left, None, p, move.theta4_start)
+        pose, goal = left.target.pose(at_goal), (move.target.pose(moment), move.theta4_goal)
+        return self._setpoint(Stage.START, pose, left, goal, p, left.theta4_goal)
 
     def bend(self, move: Move | None, hand_over: float, tick: int) -> None:
         """Enter the segment of ``move``, or the transition to rest, by a Cartesian transition."""
@@ -136,7 +139,7 @@ class SegmentRunner:
             self.h = 1.0
         segment = self.segment
         pose = self._correction.pose(segment, self._moment(tick), 1.0 - self.h, p)
-        return self._setpoint(Stage.CURVE, pose, segment.move.configuration, None, p)
+        return self._setpoint(Stage.CURVE, pose, segment.move, None, p, None)
 
     def blend(self, tick: int) -> CartesianSetpoint:
         """Row 4."""
@@ -202,7 +205,7 @@ class SegmentRunner:
         """The motion parameters of the segment under way. A transition to rest is at its goal."""
         return Moment(tick, 1.0 if self.segment.rests else self.h, self.clock * self._period)
 
-    def _start_of_next(self, tick: int, ahead: float) -> Transform | None:
+    def _start_of_next(self, tick: int, ahead: float) -> _Second | None:
         """Where the next segment is, ``ahead`` of its start: h = 0, and t counts up to -t_acc."""
         if self.next is None:
             return None
@@ -210,26 +213,30 @@ class SegmentRunner:
         h, clock = 1.0, self.clock
         if not self.next.rests:
             h, clock = 0.0, -ahead - self.next.move.acceleration_ticks
-        return self.next.pose(Moment(tick, h, clock * self._period), 1.0)
+        pose = self.next.pose(Moment(tick, h, clock * self._period), 1.0)
+        return (pose, self.next.theta4_start)
 
     def _along(
-        self, stage: Stage, tick: int, p: float, second: Transform | None = None
+        self, stage: Stage, tick: int, p: float, second: _Second | None = None
     ) -> CartesianSetpoint:
         """The set-point on this segment's path at h."""
         segment = self.segment
         pose = segment.pose(self._moment(tick), 1.0 - self.h)
-        return self._setpoint(stage, pose, segment.move.configuration, second, p)
+        return self._setpoint(stage, pose, segment.move, second, p, segment.theta4)
 
     def _setpoint(
         self,
         stage: Stage,
         pose: Transform,
-        configuration: Configuration,
-        second: Transform | None,
+        solved_as: Move,
+        second: _Second | None,
         p: float,
+        theta4: float | None,
     ) -> CartesianSetpoint:
+        """The set-point with ``pose`` as T6_1, in the configuration of the move ``solved_as``."""
         move = self.segment.move
         upcoming = move if self.next is None else self.next.move
+        t6_2, theta4_2 = second or (None, None)
         return CartesianSetpoint(
             ON_THE_WIRE[stage],
             move.mode,
@@ -238,10 +245,12 @@ class SegmentRunner:
             p,
             self._acceleration_time,
             pose,
-            configuration,
-            second,
+            solved_as.configuration,
+            t6_2,
             upcoming.configuration,
             self.n,
             self.h,
             move.sequence,
+            theta4,
+            theta4_2,
         )

@@ -31,6 +31,8 @@ class Move(NamedTuple):
         configuration: the branch of the inverse solution at the target.
         transition: into this segment, and at its end to rest.
         last: False for all parts of a move but its last; the parts share its number.
+        theta4_start, theta4_goal: theta4, rad, at either end of the segment, for a wrist that is
+            straight there: the pose leaves it open. None where it stays as it was.
     """
 
     sequence: int
@@ -41,6 +43,8 @@ class Move(NamedTuple):
     configuration: Configuration
     transition: Transition = Transition.JOINT
     last: bool = True
+    theta4_start: float | None = None
+    theta4_goal: float | None = None
 
 
 class Segment(NamedTuple):
@@ -80,6 +84,16 @@ class Segment(NamedTuple):
         if move.transition is Transition.JOINT:
             move = move._replace(mode=Mode.JOINT)
         return self._replace(move=move, drive=None, rests=True)
+
+    @property
+    def theta4(self) -> float | None:
+        """Where T6_1 leaves theta4 open, rad: on a straight line it stays as it was."""
+        return self.move.theta4_goal if self.drive is None else None
+
+    @property
+    def theta4_start(self) -> float | None:
+        """The same for the T6_1 that the segment begins with."""
+        return self.move.theta4_goal if self.drive is None else self.move.theta4_start
 
     def pose(self, moment: Moment, r: float) -> Transform:
         """T6_1: in joint mode the goal, in Cartesian mode L D(r) R."""

@@ -4,12 +4,19 @@ Goals are taken as they are at one tick. Where nothing moves by itself, the angl
 a function of h alone, and stay when the segment's time changes.
 """
 
+import math
 from typing import Final, NamedTuple, Self
 
 import numpy as np
 
 from rfms_can.errors import KinematicsError, MoveError
-from rfms_can.kinematics import InverseKinematics, Joints
+from rfms_can.kinematics import (
+    EXACT_WRIST_BOUND,
+    WRIST_BOUND,
+    InverseKinematics,
+    Joints,
+    nearest_singularity,
+)
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.segment import Segment
@@ -17,6 +24,16 @@ from rfms_can.wire.vocabulary import Mode
 
 LEAP: Final = 1.0
 """Rad between two of the closest samples of a path that say: here it is not continuous."""
+
+SINGULAR: Final = 0.1
+"""Margin (sine, part of a2) under which a singularity is to blame for how fast a joint turns."""
+
+NEXT_TO: Final = (1e-4, 1e-3, 1e-2, 1e-1)
+"""How far, in h, from an end of a path with a straight wrist theta4 is looked at: the nearest place
+where the path tells it."""
+
+TOLD: Final = 10.0 * EXACT_WRIST_BOUND
+"""|S5| from which on a pose in double precision tells theta4, to 3e-10 rad."""
 
 
 class Frame(NamedTuple):
@@ -34,8 +51,11 @@ class Frame(NamedTuple):
 class Base:
     """The base of one segment.
 
+    A straight wrist leaves theta4 open. In joint mode a goal takes it as the arm has it; a straight
+    line that begins or ends there takes the angle it tends to, which the path alone tells.
+
     Attributes:
-        segment: with the times it is judged with.
+        segment: with the times it is judged with, and theta4 where it is open.
         start: angles at B, where it begins, rad.
         goal: at its goal, on the turns the arm will have there, rad.
     """
@@ -52,7 +72,7 @@ class Base:
             MoveError: the path is not continuous in joint angles.
         """
         self._frame: Final = frame
-        self.segment: Final = segment
+        self.segment = segment
         self.start: Final = start
         move, tau = segment.move, frame.period_s
         beginning, end = -move.acceleration_ticks * tau, move.segment_ticks * tau
@@ -70,9 +90,14 @@ class Base:
         elif move.mode is Mode.CARTESIAN and path is None:
             self._path = Curve(self._along, (0.0, 1.0), start)
         self._refuse_leaps()
-        self.goal: Final[Joints] = (
-            self.solve(1.0, end, start) if self._path is None else self._path.last
-        )
+        if self._path is None:
+            self.goal: Final[Joints] = self.solve(1.0, end, start, start[3])
+        else:
+            self.goal = self._path.last
+        if move.target.constant:
+            begun = None if self._path is None else self._path.first[3]
+            move = move._replace(theta4_start=begun, theta4_goal=self.goal[3])
+            self.segment = segment._replace(move=move)
 
     def with_time(self, segment_ticks: int, acceleration_ticks: int) -> Self:
         """The same with other times."""
@@ -81,6 +106,12 @@ class Base:
         )
         path = self._path if move.target.constant else None
         return type(self)(self._frame, self.segment._replace(move=move), self.start, path)
+
+    @property
+    def begins(self) -> Joints:
+        """Angles the path begins with, rad: ``start``, but for what the wrist leaves open."""
+        straight = self.segment.drive is not None and self._path is not None
+        return self._path.first if straight and self._path else self.start
 
     @property
     def theta_BC(self) -> Joints:
@@ -144,8 +175,10 @@ class Base:
         h[0, late] = times[late] / t_seg
         return h
 
-    def solve(self, h: float, t: float, previous: Joints) -> Joints:
-        """Angles of T6_1 at h and t, rad.
+    def solve(
+        self, h: float, t: float, previous: Joints, theta4: float | None = None
+    ) -> Joints:
+        """Angles of T6_1 at h and t, rad; ``theta4`` where the pose leaves it open.
 
         Raises:
             KinematicsError: they do not exist.
@@ -153,14 +186,33 @@ class Base:
         frame, segment = self._frame, self.segment
         pose = segment.pose(Moment(frame.tick, h, t), 1.0 - h)
         try:
-            return frame.kinematics.solve(pose, segment.move.configuration, previous)
+            return frame.kinematics.solve(pose, segment.move.configuration, previous, theta4)
         except KinematicsError as error:
             straight = segment.drive is not None and h < 1.0
             where = f"the path at h = {h:.3f}" if straight else "the goal"
             raise type(error)(f"move {segment.move.sequence}: {where}: {error}") from error
 
     def _along(self, h: float, previous: Joints) -> Joints:
-        return self.solve(h, 0.0, previous)
+        theta4 = None if 0.0 < h < 1.0 else self._limit_of_theta4(h, previous)
+        return self.solve(h, 0.0, previous, theta4)
+
+    def _limit_of_theta4(self, end: float, previous: Joints) -> float | None:
+        """What theta4 tends to at an end of a straight path, if it is open there, rad."""
+        if not self._wrist_sine(end) < WRIST_BOUND:
+            return None
+        for near in NEXT_TO:
+            if self._wrist_sine(abs(end - near)) > TOLD:
+                by, further = (
+                    self.solve(abs(end - k * near), 0.0, previous)[3] for k in (1.0, 2.0)
+                )
+                return by + math.remainder(by - further, math.tau)
+        return previous[3]  # straight all the way
+
+    def _wrist_sine(self, h: float) -> float:
+        """|S5| at h of a straight path."""
+        frame, segment = self._frame, self.segment
+        pose = segment.pose(Moment(frame.tick, h, 0.0), 1.0 - h)
+        return frame.kinematics.wrist_sine(pose, segment.move.configuration)
 
     def _blending(self, t: float, previous: Joints) -> Joints:
         return self.solve(float(self.parameter(np.array([t]))[0, 0]), t, previous)
@@ -177,11 +229,13 @@ class Base:
             return
         joint = int(curve.largest_step.argmax())
         if curve.largest_step[joint] > LEAP:
+            arm = self._frame.kinematics.arm
+            near = nearest_singularity(arm, curve.steepest)
+            where = near.text if abs(near.margin) < SINGULAR else "the end of its range"
             raise MoveError(
-                f"move {self.segment.move.sequence}: joint {joint + 1} of "
-                f"{self._frame.kinematics.arm.name} would have to turn "
-                f"{curve.largest_step[joint]:.3g} rad at once, where the path passes a singularity "
-                f"or the end of its range: place the path elsewhere, or move in joint mode"
+                f"move {self.segment.move.sequence}: joint {joint + 1} of {arm.name} would have to "
+                f"turn {curve.largest_step[joint]:.3g} rad at once, where the path passes {where}: "
+                f"place the path elsewhere, or move in joint mode"
             )
 
 

@@ -19,7 +19,7 @@ Function = Callable[[float, Joints], Joints]
 """Angles at an argument, on the turns nearest to those of the second."""
 
 LEAST: Final = 16
-MOST: Final = 256
+MOST: Final = 1024
 """Degrees that are tried, from the first, doubled, to the last."""
 
 FADED: Final = 1e-8
@@ -34,12 +34,23 @@ class Curve:
 
     Attributes:
         degree: of the polynomials.
-        last: the angles at the end, rad.
+        first, last: the angles at either end, rad.
+        steepest: those before the largest turn from one sample to the next, rad.
         largest_step: largest turn of each joint from one sample to the next, rad.
         resolved: whether the coefficients have faded.
     """
 
-    __slots__ = ("_half", "_middle", "_series", "degree", "largest_step", "last", "resolved")
+    __slots__ = (
+        "_half",
+        "_middle",
+        "_series",
+        "degree",
+        "first",
+        "largest_step",
+        "last",
+        "resolved",
+        "steepest",
+    )
 
     def __init__(
         self,
@@ -76,8 +87,11 @@ class Curve:
                 refined += (between, sample)
             samples = refined
         self.degree: Final = degree
+        self.first: Final = samples[0]
         self.last: Final = samples[-1]
-        self.largest_step: Final = np.abs(np.diff(values, axis=0)).max(axis=0)
+        steps = np.abs(np.diff(values, axis=0))
+        self.largest_step: Final = steps.max(axis=0)
+        self.steepest: Final = samples[int(steps.max(axis=1).argmax())]
         self._series: Final = _derivatives(degree) @ series
 
     def derivatives(self, arguments: Floats) -> Floats:
