@@ -13,7 +13,6 @@ from rfms_can.wire.nodes import HEARTBEAT_EVERY
 from rfms_can.wire.records import Bias, Comply, Gripper, JointAngles, Nmt, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 
-
 ALL_JOINTS: Final = 0b111111
 """Bits of the joints that JOINT_SETPOINT is for."""
 

@@ -8,7 +8,6 @@ cycle is closed.
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from rfms_can.errors import KinematicsError
 from rfms_can.master.broadcast import Broadcast, Outgoing
 from rfms_can.master.force.control import ForceControl
 from rfms_can.master.inputs import CycleInputs
@@ -166,7 +165,7 @@ class ControlCycle:
             if violation:
                 self.halt(violation, out)
             else:
-                self._make_setpoint(out)
+                self._make_setpoint()
         _TRANSITIONS[phase](self, out)  # below: how each phase may end
         if self._timer.close():
             self.begin(now_ns, now_ns, out)
@@ -197,20 +196,13 @@ class ControlCycle:
 
     # --- steps of a cycle ---------------------------------------------------------------------
 
-    def _make_setpoint(self, out: list[Frame]) -> None:
-        """The set-point of the next cycle; one the arm cannot take is not sent."""
-        try:
-            setpoint, refusal = self._motion.next_setpoint()
-            displacement = self._force.follow(self._motion.commanded.theta)
-        except KinematicsError as error:  # stopped where nothing can be held
-            self.halt(str(error), out)
-            return
-        if refusal is None:
-            gripper = self._requests.gripper
-            told = self._motion.commanded.told
-            self._next = Outgoing(setpoint, told, displacement, self._force.bias, gripper)
-        else:
-            self.halt(f"set-point refused before it was sent: {refusal}", out)
+    def _make_setpoint(self) -> None:
+        """The set-point of the next cycle, and what goes with it."""
+        motion, force = self._motion, self._force
+        setpoint = motion.next_setpoint()
+        displacement = force.follow(motion.commanded)
+        gripper = self._requests.gripper
+        self._next = Outgoing(setpoint, motion.commanded.told, displacement, force.bias, gripper)
 
     # --- transitions at the end of a cycle ----------------------------------------------------
 
@@ -246,18 +238,14 @@ class ControlCycle:
     def _enable(self, out: list[Frame]) -> None:
         """START: counters and cycles restart at 0, and the arm holds where it is."""
         state = self._inputs.arm_state
-        try:
-            self._motion.enable(state.q)
-        except KinematicsError as error:
-            self.halt(str(error), out)
-            return
+        self._motion.enable(state.q)
         self._force.reset()
         state.open_counts = state.jaw_counts  # homing has left it there
         self._machine.change(PhaseEvent.START)
         out.append(self._broadcast.command(Command.START))
         self._restart_counters()
         self.number = -1
-        self._make_setpoint(out)
+        self._make_setpoint()
 
 
 _TRANSITIONS: Final = complete(

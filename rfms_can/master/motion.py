@@ -10,11 +10,11 @@ from rfms_can.kinematics import (
     Joints,
     configuration_of,
     direct,
-    singularity_margins,
 )
 from rfms_can.master.accepted_moves import AcceptedMove, AcceptedMoves
 from rfms_can.master.force.requested import RequestedCompliance
 from rfms_can.master.force.specification import ForceRequest
+from rfms_can.master.trajectory.braking import Brake
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.planning import MovePlanner
@@ -38,10 +38,6 @@ from rfms_can.wire.vocabulary import Blend
 
 NOTED: Final = Answer()
 """The answer to what has no more to say."""
-WRIST_MARGIN = 1e-3
-"""|sin theta5| under which an arm is not enabled: nodes could not tell theta4 from theta6."""
-
-
 Vet = Callable[[ForceRequest, Joints, bool], str | None]
 """Why force control refuses the request of a move at joint angles, at rest or not; or None."""
 
@@ -57,6 +53,7 @@ class Motion:
 
     Attributes:
         force_request: of the move in progress; None before the first.
+        stopped_short: why the arm last came to rest beside its path, or None.
         generator: the master's half of the trajectory generator.
         commanded: the commanded trajectory, in double precision.
         world: symbol tables.
@@ -74,6 +71,9 @@ class Motion:
         self._moves = AcceptedMoves()
         self._requested = RequestedCompliance()
         self.force_request: ForceRequest | None = None
+        self.stopped_short: str | None = None
+        self._blend = blend
+        self._brake: Brake | None = None
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define_transform,
             PositionMessage: self._define_position,
@@ -88,29 +88,20 @@ class Motion:
         }
 
     def enable(self, q: Sequence[float]) -> None:
-        """Hold where the encoders say the arm is (rad), without a move and without a force request.
-
-        Raises:
-            KinematicsError: the wrist is singular there.
-        """
+        """Hold where the encoders say the arm is (rad), without a move or a force request."""
         self._hold(q)
         self.force_request = None
 
     def _hold(self, q: Sequence[float]) -> None:
         """Hold at joint angles (rad); moves start from there, those accepted before are over."""
         arm = self._arm
-        margin = singularity_margins(arm, q).wrist
-        if abs(margin) < WRIST_MARGIN:
-            raise KinematicsError(
-                f"{arm.name}: wrist singularity: sin(theta5) = {margin:.3g}, enabling needs "
-                f"{WRIST_MARGIN:g} or more; move joint 5 away from zero first"
-            )
         configuration = configuration_of(arm, q)
         self.world.configuration = configuration
         self.generator.enable(direct(arm, q), configuration)
         self.commanded.reset(q)
         self._planner.reset(self.commanded.theta)
         self._moves.clear()
+        self._brake = None
 
     def forget(self) -> None:
         """Begin with empty symbol tables and rigid, for another program; the motion goes on."""
@@ -219,16 +210,48 @@ class Motion:
         limits = [move.mode.limits for move in active]
         return Limits(*map(min, zip(*limits, strict=True))) if limits else None
 
-    def next_setpoint(self) -> tuple[CartesianSetpoint, str | None]:
-        """The set-point of the next cycle, and why it must not be sent, or None."""
+    def next_setpoint(self) -> CartesianSetpoint:
+        """The set-point of the next cycle: of the path, or of a stop where none can follow it."""
         generator, world = self.generator, self.world
-        if generator.stopped:
+        if self._brake is not None:
+            if not self._brake.over:
+                generator.pass_tick()
+                return self._slow_down(self._brake)
+            self._brake = None
+            self._hold(self.commanded.theta)
+        elif generator.stopped:
             self._hold(self.commanded.theta)  # force control goes on complying where it stopped
         for name in world.unseen(generator.tick_count):
             world.halt_transform(name, generator.tick_count, self._limits(name))
         setpoint = generator.tick()
-        self._take_over(generator.sequence)
-        return setpoint, self.commanded.check(setpoint)
+        refusal = self.commanded.check(setpoint)
+        if refusal is None:
+            self._take_over(generator.sequence)
+            return setpoint
+        return self._stop_short(refusal)
+
+    def _stop_short(self, refusal: str) -> CartesianSetpoint:
+        """The joints cannot follow the path any further: come to rest beside it."""
+        commanded, generator = self.commanded, self.generator
+        self.stopped_short = f"stopped short: {refusal}{self._blame()}"
+        generator.brake()
+        brake = Brake(self._arm, commanded.theta, commanded.steps, commanded.bend_limits)
+        self._brake = brake
+        return self._slow_down(brake)
+
+    def _slow_down(self, brake: Brake) -> CartesianSetpoint:
+        theta = brake.step()
+        setpoint = brake.setpoint(theta, self.generator.sequence, self._blend)
+        self.commanded.follow(setpoint, theta)
+        return setpoint
+
+    def _blame(self) -> str:
+        """The references that lead the move under way, and what was observed of them last."""
+        move = self._moves.get(self.generator.sequence)
+        if move is None:
+            return ""
+        led = [self.world.last_observed(name) for name in move.position.references]
+        return "".join(f"; {text}" for text in led if text)
 
     @property
     def comply(self) -> str:

@@ -9,7 +9,7 @@ start point, which for a Cartesian segment is not the goal's (3.17).
 
 import math
 from collections.abc import Callable
-from typing import Final
+from typing import Final, NamedTuple
 
 from rfms_can.kinematics import Configuration
 from rfms_can.setpoint.blend import NO_MATCH, Derivatives, MatchingPolynomial, earlier
@@ -29,6 +29,14 @@ _BLEND: Final = TrajectoryState.BLEND
 
 HELD_TOLERANCE: Final = 1e-6
 """Largest distance from its base, rad, at which a transition may end before p = 1."""
+
+
+class Mark(NamedTuple):
+    """A set-point and the two steps to it, rad."""
+
+    theta: float
+    step: float
+    step_before: float
 
 
 class JointSetpoint:
@@ -93,6 +101,28 @@ class JointSetpoint:
         self._state = _IDLE
         self._base.clear()
         self._next.clear()
+
+    @property
+    def step(self) -> float:
+        """From the set-point before to this one, rad."""
+        return self._step1
+
+    @property
+    def bend(self) -> float:
+        """Second difference of the set-points, rad: acceleration times the period squared."""
+        return self._step1 - self._step2
+
+    def mark(self) -> Mark:
+        """Where the set-point is now; see ``return_to``."""
+        return Mark(self.theta, self._step1, self._step2)
+
+    def return_to(self, mark: Mark) -> None:
+        """Take back set-points that were not sent: go on from ``mark``.
+
+        What the base was has been lost: go on with set-points that bring their own.
+        """
+        self.theta = self._previous = mark.theta
+        self._step1, self._step2 = mark.step, mark.step_before
 
     def tick(self, setpoint: CartesianSetpoint, solve: Solve) -> float:
         """The joint's set-point for this cycle, rad; NaN if ``setpoint`` cannot be used.

@@ -16,12 +16,13 @@ FOLLOWS: Final = {
     _IDLE: frozenset((_IDLE, _BLEND, _LINEAR)),
     _START: frozenset((_IDLE, _PRE, _LINEAR)),
     _BLEND: frozenset((_START, _BLEND)),
-    _LINEAR: frozenset((_IDLE, _BLEND, _LINEAR, _PRE)),
+    _LINEAR: frozenset((_IDLE, _BLEND, _LINEAR, _PRE, _START)),
     _PRE: frozenset((_BLEND, _LINEAR, _PRE)),
 }
 """The states a set-point of each state may follow.
 
-IDLE after LINEAR ends a controlled stop, LINEAR after PRE is a stop that began there; START after
+IDLE after LINEAR ends a controlled stop, LINEAR after PRE is a stop that began there, and LINEAR
+after START one of an arm that cannot follow its path; START after
 LINEAR is a lost PRE. A BLEND whose START was lost cannot be computed and is refused. LINEAR after
 IDLE begins a Cartesian transition: in Cartesian mode, and with p > 0. IDLE after LINEAR with r = 0
 ends one, and IDLE after BLEND ends a transition to rest, or one that was held.

@@ -4,6 +4,11 @@ T6 = L D(r) COMPLY R: what the nodes ignore of their errors, -S J dtheta in the 
 added to COMPLY each cycle, so that the set-point follows the compliant displacement. The commanded
 trajectory itself, its rate and acceleration, stays free of it: encoder counts differenced twice
 would be accelerations of thousands of codes. What travels is the difference it makes in each joint.
+
+Displacement and commanded trajectory together keep the joints' limits of speed and acceleration:
+what the displacement may take of them is what the trajectory leaves. Near a singular pose, and
+where there is no pose, the displacement goes as far as it can (damped least squares): what the arm
+has not followed goes on being ignored, as an error in a direction that complies.
 """
 
 import math
@@ -16,7 +21,14 @@ import numpy.typing as npt
 from rfms_can.arm import Arm
 from rfms_can.compliance.selection import Selection
 from rfms_can.errors import KinematicsError
-from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
+from rfms_can.kinematics import (
+    InverseKinematics,
+    Joints,
+    configuration_of,
+    direct,
+    jacobian,
+    nearest_singularity,
+)
 from rfms_can.master.force.fade import Fade
 from rfms_can.messages import Vector6
 from rfms_can.transform import Transform, motion_of
@@ -33,6 +45,14 @@ MAX_SPEED: Final = 0.25
 """Largest speed, m/s, at which set-points follow the compliant displacement."""
 MAX_ANGULAR_SPEED: Final = 1.25
 """The same, rad/s."""
+SINGULAR: Final = 0.05
+"""Margin (sine, part of a2) under which the arm counts as singular."""
+DAMPING: Final = 0.05
+"""Of the least squares there, in the units of the Jacobian (m and 1)."""
+LEAST_SHARE: Final = 0.02
+"""Part of the joints' limits the displacement may take even where the trajectory takes all."""
+_UNITS: Final = np.eye(6)
+_AT_REST: Final = (0.0,) * 6
 _IDENTITY: Final = Transform.identity()
 
 
@@ -51,9 +71,11 @@ class Comply:
     __slots__ = (
         "_arm",
         "_fade",
+        "_limits",
         "_max_rotation_step",
         "_max_step",
         "_solve",
+        "_step",
         "displacement",
         "transform",
     )
@@ -63,12 +85,17 @@ class Comply:
         self._max_step = MAX_SPEED * period_s
         self._max_rotation_step = MAX_ANGULAR_SPEED * period_s
         self._solve = InverseKinematics(arm).solve
+        self._limits: Final = tuple(
+            (speed * period_s, acceleration * period_s * period_s)
+            for speed, acceleration in zip(arm.speed_limits, arm.acceleration_limits, strict=True)
+        )
         self.reset()
 
     def reset(self) -> None:
         """No displacement."""
         self.transform = _IDENTITY
         self.displacement: tuple[float, ...] = (0.0,) * 6
+        self._step: tuple[float, ...] = (0.0,) * 6  # of the displacement in the last cycle, rad
         self._fade: Fade | None = None
 
     @property
@@ -116,31 +143,73 @@ class Comply:
         if self.active and self._fade is None:
             self._fade = Fade(self.displacement, limits, least)
 
-    def follow(self, theta: Joints) -> tuple[float, ...]:
+    def follow(
+        self, theta: Joints, bends: Sequence[float] = _AT_REST, steps: Sequence[float] = _AT_REST
+    ) -> tuple[float, ...]:
         """The joint displacements beside the commanded joint angles ``theta``, rad.
 
-        Raises:
-            KinematicsError: the displaced pose cannot be reached.
+        Args:
+            theta: commanded joint angles, rad.
+            bends: their second differences, rad a cycle squared (6).
+            steps: their first differences, rad a cycle (6).
         """
         if not self.active:
             return self.displacement
-        if self._fade is not None:
-            self.displacement = self._fade.step()
-            if self._fade.over:
-                self.reset()
-            else:
-                self.transform = self._remaining(theta)
-            return self.displacement
-        near = [t + d for t, d in zip(theta, self.displacement, strict=True)]
-        pose = direct(self._arm, theta) @ self.transform
-        try:
-            q = self._solve(pose, configuration_of(self._arm, theta), near)
-        except KinematicsError as error:
-            raise type(error)(
-                f"{self._displacement_text}, where it cannot be held: {error}"
-            ) from error
-        self.displacement = tuple(a - b for a, b in zip(q, theta, strict=True))
+        fade = self._fade
+        wanted = self._goal(theta) if fade is None else fade.step()
+        displacement = self._limited(wanted, bends, steps)
+        arrived = displacement is wanted
+        self.displacement = displacement
+        if fade is not None and fade.over and arrived:
+            self.reset()
+        elif fade is not None or not arrived:
+            self.transform = self._remaining(theta)
         return self.displacement
+
+    def _goal(self, theta: Joints) -> tuple[float, ...]:
+        """The displacement that is COMPLY, or as much of it as a singular arm can follow, rad."""
+        near = [t + d for t, d in zip(theta, self.displacement, strict=True)]
+        arm = self._arm
+        if abs(nearest_singularity(arm, near).margin) > SINGULAR:
+            pose = direct(arm, theta) @ self.transform
+            try:
+                q = self._solve(pose, configuration_of(arm, near), near)
+            except KinematicsError:
+                return self.displacement  # where it cannot be held it goes no further
+            return tuple(a - b for a, b in zip(q, theta, strict=True))
+        q1, q2, q3, q4, q5, q6 = near
+        here = direct(arm, (q1, q2, q3, q4, q5, q6))
+        left = motion_of(here.inverse() @ direct(arm, theta) @ self.transform)
+        J = np.array(jacobian(arm, near))
+        step = J.T @ np.linalg.solve(J @ J.T + DAMPING**2 * _UNITS, left)
+        return tuple((np.array(self.displacement) + step).tolist())
+
+    def _limited(
+        self, wanted: tuple[float, ...], bends: Sequence[float], steps: Sequence[float]
+    ) -> tuple[float, ...]:
+        """``wanted`` itself, or as far towards it as the joints' limits allow, rad."""
+        here, last = self.displacement, self._step
+        slower = gentler = 1.0
+        wanted_steps, rooms = [], []
+        for k, (most, bend) in enumerate(self._limits):
+            step = wanted[k] - here[k]
+            room = max(bend - abs(bends[k]), LEAST_SHARE * bend)
+            wanted_steps.append(step)
+            rooms.append(room)
+            size = abs(step)
+            if size:  # it must keep the speed, and come to rest where it is going
+                speed = max(most - abs(steps[k]), LEAST_SHARE * most)
+                slower = max(slower, size / min(speed, math.sqrt(2.0 * room * size) + 0.5 * room))
+        changes = [step / slower - before for step, before in zip(wanted_steps, last, strict=True)]
+        for change, room in zip(changes, rooms, strict=True):
+            gentler = max(gentler, abs(change) / room)
+        if slower == 1.0 == gentler:
+            self._step = tuple(wanted_steps)
+            return wanted
+        self._step = tuple(
+            before + change / gentler for before, change in zip(last, changes, strict=True)
+        )
+        return tuple(angle + step for angle, step in zip(here, self._step, strict=True))
 
     def _remaining(self, theta: Joints) -> Transform:
         """What remains of COMPLY while it fades: complying again goes on from there."""

@@ -196,15 +196,11 @@ class ForceControl:
             )
         )
 
-    def follow(self, theta: Joints) -> tuple[float, ...] | None:
-        """Joint displacements beside the commanded ``theta`` (6, rad); None without displacement.
-
-        Raises:
-            KinematicsError: the displaced pose cannot be reached.
-        """
+    def follow(self, commanded: CommandedTrajectory) -> tuple[float, ...] | None:
+        """Joint displacements beside the commanded angles (6, rad); None without displacement."""
         if not self.comply.active:
             return None
-        return self.comply.follow(theta)
+        return self.comply.follow(commanded.theta, commanded.bends, commanded.steps)
 
     @property
     def bias(self) -> list[float] | None:

@@ -7,11 +7,14 @@ from typing import Final, NamedTuple, Protocol
 from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import Geometry, InverseKinematics, Joints, singularity_margins
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
+from rfms_can.setpoint.joint import Mark
 
 ESTIMATED: Final = 1.05
 """How much faster than its limit a set-point may be. Plans keep the limits; but the joints estimate
 from their last set-points how they leave a segment, and where its straight part is short they are a
 few per cent off."""
+BENT: Final = 1.02
+"""How much more than its limit a joint may accelerate: plans are judged at some samples only."""
 
 
 NEAR_WRIST: Final = 0.05
@@ -24,11 +27,25 @@ NEAR_SHOULDER: Final = 0.1
 
 
 class LimitedArm(Geometry, Protocol):
-    """The geometry of an arm and how fast its joints may run."""
+    """The geometry of an arm, and how fast its joints may run and accelerate."""
 
     @property
     def speed_limits(self) -> Sequence[float]:
         """rad/s, one per joint."""
+
+    @property
+    def acceleration_limits(self) -> Sequence[float]:
+        """rad/s2, one per joint."""
+
+
+class _Bounds(NamedTuple):
+    """What a joint may do: angles in rad, steps in rad a cycle, and the way to rest per step^2."""
+
+    lower: float
+    upper: float
+    step: float
+    bend: float
+    rest_per_step2: float
 
 
 class Told(NamedTuple):
@@ -45,6 +62,7 @@ class CommandedTrajectory:
     1e-7 rad. ``theta``, ``rate`` and ``acceleration`` are the commanded trajectory as recorded.
 
     Attributes:
+        bend_limits: acceleration limit of each joint, rad a cycle squared.
         told: the angles of T6_1 and T6_2, rad, where the joints are told them: near a singularity,
             where float32 and a pose alone do not say enough. None elsewhere.
     """
@@ -53,13 +71,19 @@ class CommandedTrajectory:
         """An arm at rest at zero; ``reset`` says where it is. ``period_s`` is tau, s."""
         self.arm: Final = arm
         self._period: Final = period_s
+        self.bend_limits: Final = tuple(
+            acceleration * period_s * period_s for acceleration in arm.acceleration_limits
+        )
+        self._marks: Final = [Mark(0.0, 0.0, 0.0)] * len(arm.joint_limits)
         self._solve: Final = InverseKinematics(arm).solve
         self._joints: Final = tuple(JointSetpoint(period_s) for _ in arm.joint_limits)
         self._near_shoulder: Final = NEAR_SHOULDER * abs(arm.a2)
         self.told: Told | None = None
         self._bounds: Final = tuple(
-            (lower, upper, ESTIMATED * speed * period_s)
-            for (lower, upper), speed in zip(arm.joint_limits, arm.speed_limits, strict=True)
+            _Bounds(lower, upper, ESTIMATED * speed * period_s, BENT * bend, 0.5 / bend)
+            for (lower, upper), speed, bend in zip(
+                arm.joint_limits, arm.speed_limits, self.bend_limits, strict=True
+            )
         )
 
     def reset(self, q: Sequence[float]) -> None:
@@ -88,11 +112,33 @@ class CommandedTrajectory:
             *(j4.acceleration, j5.acceleration, j6.acceleration),
         )
 
+    @property
+    def steps(self) -> Joints:
+        """What they moved in the last cycle, rad."""
+        j1, j2, j3, j4, j5, j6 = self._joints
+        return (j1.step, j2.step, j3.step, j4.step, j5.step, j6.step)
+
+    @property
+    def bends(self) -> Joints:
+        """Their second differences, rad a cycle squared."""
+        j1, j2, j3, j4, j5, j6 = self._joints
+        return (j1.bend, j2.bend, j3.bend, j4.bend, j5.bend, j6.bend)
+
+    def follow(self, setpoint: CartesianSetpoint, theta: Joints) -> None:
+        """Take a set-point whose angles are known, rad: the joints are told them."""
+        self.told = Told(theta, theta)
+        for joint, angle in zip(self._joints, theta, strict=True):
+            if math.isnan(joint.advance(setpoint, angle)):
+                raise AssertionError(f"a {setpoint.state.name} set-point cannot follow the last")
+
     def check(self, setpoint: CartesianSetpoint) -> str | None:
         """Run the joints through ``setpoint``; why it must not be sent, or None if it may.
 
-        A pose that cannot be solved leaves the joints where they were. A set-point past a joint
-        or speed limit has been taken: after any refusal the trajectory goes on from ``reset``.
+        After a refusal ``theta`` and ``steps`` are what they were: go on with ``follow``, which
+        brings its own angles, or with ``reset``.
+
+        Raises:
+            AssertionError: the trajectory generator is at fault: no joint would take its state.
         """
         joints = self._joints
         try:
@@ -112,12 +158,23 @@ class CommandedTrajectory:
             return str(error)
         near = self._is_near_singular(first) or self._is_near_singular(second)
         self.told = Told(first, second) if near else None
-        for index, (lower, upper, step) in enumerate(self._bounds):
+        marks = self._marks
+        for index, (lower, upper, most, most_bend, per_speed2) in enumerate(self._bounds):
             joint = joints[index]
-            before = joint.theta
+            mark = marks[index] = joint.mark()
             theta = joint.advance(setpoint, first[index], second[index])
-            if not (lower <= theta <= upper and -step <= theta - before <= step):
-                return self._refusal(index + 1, theta, before, setpoint)
+            step = theta - mark.theta
+            rest = theta + step * abs(step) * per_speed2
+            if not (
+                lower <= theta <= upper
+                and -most <= step <= most
+                and -most_bend <= step - mark.step <= most_bend
+                and lower <= rest + abs(step)
+                and rest - abs(step) <= upper
+            ):
+                for taken in range(index + 1):
+                    joints[taken].return_to(marks[taken])
+                return self._refusal(index + 1, theta, mark, setpoint)
         return None
 
     def _is_near_singular(self, q: Joints) -> bool:
@@ -129,21 +186,25 @@ class CommandedTrajectory:
             or -self._near_shoulder < shoulder < self._near_shoulder
         )
 
-    def _refusal(
-        self, number: int, theta: float, before: float, setpoint: CartesianSetpoint
-    ) -> str:
-        """Why joint ``number`` cannot take ``theta`` after ``before``."""
+    def _refusal(self, number: int, theta: float, before: Mark, setpoint: CartesianSetpoint) -> str:
+        """Why joint ``number`` cannot take ``theta``, rad, after what it did ``before``."""
         name = f"{self.arm.name}: joint {number}: "
-        lower, upper = self.arm.joint_limits[number - 1]
+        (lower, upper), tau = self.arm.joint_limits[number - 1], self._period
         if math.isnan(theta):
-            return f"{name}a {setpoint.state.name} set-point cannot follow the last one"
+            raise AssertionError(f"{name}a {setpoint.state.name} set-point cannot follow the last")
+        range_text = f"[{lower:.6g}, {upper:.6g}] rad"
         if not lower <= theta <= upper:
+            return f"{name}set-point {theta:.6g} rad is outside {range_text}"
+        step = theta - before.theta
+        limit = self.arm.speed_limits[number - 1]
+        if abs(step) > ESTIMATED * limit * tau:
+            return f"{name}set-point speed {step / tau:.4g} rad/s exceeds {limit:g} rad/s"
+        limit, bend = self.arm.acceleration_limits[number - 1], step - before.step
+        if abs(bend) > BENT * limit * tau * tau:
             return (
-                f"{name}set-point {theta:.6g} rad is outside [{lower:.6g}, {upper:.6g}] rad: "
-                f"place the position further inside the range or take another configuration"
+                f"{name}set-point acceleration {bend / tau**2:.4g} rad/s2 exceeds {limit:g} rad/s2"
             )
         return (
-            f"{name}set-point speed {(theta - before) / self._period:.4g} rad/s exceeds "
-            f"{self.arm.speed_limits[number - 1]:g} rad/s: give the segment more time, or keep "
-            f"the path away from singularities"
+            f"{name}set-point {theta:.6g} rad at {step / tau:.4g} rad/s can no longer come to rest "
+            f"inside {range_text}"
         )

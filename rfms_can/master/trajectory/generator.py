@@ -159,6 +159,26 @@ class TrajectoryGenerator:
             dropped.insert(0, run.segment.move.sequence)
         return tuple(dict.fromkeys(dropped))
 
+    def brake(self) -> tuple[int, ...]:
+        """The joints cannot follow: drop all moves; set-points come from a brake until ``enable``.
+
+        Returns:
+            Sequence numbers of the moves that will not be completed.
+        """
+        run = self._run
+        dropped = [run.segment.move.sequence, *(move.sequence for move in self._queue)]
+        if run.next is not None:
+            dropped.insert(1, run.next.move.sequence)
+        self.stage = following(self.stage, Event.BRAKE)
+        self._queue.clear()
+        run.next = None
+        self._stopping = True
+        return tuple(dict.fromkeys(dropped))
+
+    def pass_tick(self) -> None:
+        """A cycle whose set-point comes from elsewhere."""
+        self.tick_count += 1
+
     @property
     def at_rest(self) -> bool:
         """Whether the arm stands at its goal (or follows one that moves) with no move waiting."""

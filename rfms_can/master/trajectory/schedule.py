@@ -168,6 +168,7 @@ _EVENTS: Final[dict[Stage, Callable[[Schedule, bool], Event]]] = complete(
         Stage.LINEAR: Schedule._event_along,
         Stage.PRE: Schedule._event_before_hand_over,
         Stage.STOP: Schedule._event_never,
+        Stage.BRAKE: Schedule._event_never,
     },
     Stage,
 )

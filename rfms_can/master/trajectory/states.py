@@ -27,6 +27,8 @@ class Stage(Enum):
     """Along the segment, and looking at where the next one will start (STATE2, row 2)."""
     STOP = auto()
     """Row 1 with h slowing down to rest: a controlled stop along the path (STATE5)."""
+    BRAKE = auto()
+    """To rest in joint angles, beside a path that cannot be followed."""
 
 
 class Event(Enum):
@@ -50,6 +52,8 @@ class Event(Enum):
     """The transition to rest is over."""
     HALT = auto()
     """A stop was requested."""
+    BRAKE = auto()
+    """The next set-point of the path cannot be sent: the joints cannot follow."""
 
 
 TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(
@@ -61,16 +65,19 @@ TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(
         Stage.IDLE: {
             Event.ENABLE: Stage.IDLE,
             Event.DISABLE: Stage.OFF,
+            Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.IDLE,
             Event.DEPART: Stage.START,
             Event.BEND: Stage.CURVE,
         },
         Stage.START: {
             Event.DISABLE: Stage.OFF,
+            Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.BLEND,
         },
         Stage.BLEND: {
             Event.DISABLE: Stage.OFF,
+            Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.BLEND,
             Event.BLENDED: Stage.LINEAR,
             Event.PREPARE: Stage.PRE,
@@ -81,6 +88,7 @@ TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(
         },
         Stage.CURVE: {
             Event.DISABLE: Stage.OFF,
+            Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.CURVE,
             Event.BLENDED: Stage.LINEAR,
             Event.PREPARE: Stage.PRE,
@@ -91,6 +99,7 @@ TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(
         },
         Stage.LINEAR: {
             Event.DISABLE: Stage.OFF,
+            Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.LINEAR,
             Event.PREPARE: Stage.PRE,
             Event.BEND: Stage.CURVE,
@@ -98,13 +107,20 @@ TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(
         },
         Stage.PRE: {
             Event.DISABLE: Stage.OFF,
+            Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.PRE,
             Event.DEPART: Stage.START,
             Event.HALT: Stage.STOP,
         },
         Stage.STOP: {
             Event.DISABLE: Stage.OFF,
+            Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.STOP,
+            Event.ENABLE: Stage.IDLE,
+        },
+        Stage.BRAKE: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.BRAKE,
             Event.ENABLE: Stage.IDLE,
         },
     },
@@ -120,6 +136,7 @@ ON_THE_WIRE: Final = complete(
         Stage.LINEAR: TrajectoryState.LINEAR,
         Stage.PRE: TrajectoryState.PRE,
         Stage.STOP: TrajectoryState.LINEAR,
+        Stage.BRAKE: TrajectoryState.LINEAR,
     },
     [stage for stage in Stage if stage is not Stage.OFF],
 )

@@ -55,6 +55,10 @@ class WorldModel:
         """References that go on with a velocity although they were not observed for a second."""
         return self._transforms.unseen(tick)
 
+    def last_observed(self, name: str) -> str | None:
+        """What was observed of a reference last, in words; None of one that was not."""
+        return self._transforms.last_observed(name)
+
     def halt_transform(self, name: str, tick: int, limits: Limits | None) -> None:
         """Bring a reference that moves to rest within limits; it stays until it is observed again.
 

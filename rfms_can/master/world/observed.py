@@ -91,6 +91,11 @@ class Observations:
         """Whether there are any."""
         return bool(self._seen)
 
+    @property
+    def newest(self) -> Observation:
+        """The newest by its time."""
+        return self._seen[-1]
+
     def held(self) -> Prediction:
         """As the newest."""
         newest = self._seen[-1]

@@ -71,6 +71,11 @@ class Position:
             self._solve()
         return self._goal
 
+    @property
+    def references(self) -> tuple[str, ...]:
+        """Names of the references in the equation."""
+        return tuple(link.name for link in self._ring.links if isinstance(link.source, Reference))
+
     def uses(self, transform: str) -> bool:
         """Whether a transform stands in the equation."""
         return any(link.name == transform for link in self._ring.links)

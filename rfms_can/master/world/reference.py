@@ -152,6 +152,11 @@ class Reference:
         else:
             self._upcoming = course
 
+    @property
+    def newest(self) -> Observation:
+        """The newest observation by its time."""
+        return self._observations.newest
+
     def at(self, moment: Moment) -> Transform:
         """Its value at the tick; the same object while it does not change."""
         tick = moment.tick

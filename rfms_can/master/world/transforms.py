@@ -61,6 +61,17 @@ class Transforms:
             return []
         return [name for name, seen in self._carried.items() if tick - seen > self._lasting]
 
+    def last_observed(self, name: str) -> str | None:
+        """What was observed of a reference last, in words; None of one that was not."""
+        reference = self.table.get(name)
+        if not isinstance(reference, Reference):
+            return None
+        pose, time = reference.newest.pose, reference.newest.time
+        return (
+            f"reference {name!r} leads there, observed at ({pose.px:.4g}, {pose.py:.4g}, "
+            f"{pose.pz:.4g}) m at t = {time:.3f} s"
+        )
+
     def halt(self, name: str, tick: int, limits: Limits | None) -> None:
         """Bring a reference to rest within limits, as if it had been seen to stop ahead.
 

@@ -90,12 +90,12 @@ class Base:
         elif move.mode is Mode.CARTESIAN and path is None:
             self._path = Curve(self._along, (0.0, 1.0), start)
         self._refuse_leaps()
-        if self._path is None:
-            self.goal: Final[Joints] = self.solve(1.0, end, start, start[3])
-        else:
-            self.goal = self._path.last
+        path = self._path
+        self.goal: Final[Joints] = (
+            self.solve(1.0, end, start, start[3]) if path is None else path.last
+        )
         if move.target.constant:
-            begun = None if self._path is None else self._path.first[3]
+            begun = None if path is None else path.first[3]
             move = move._replace(theta4_start=begun, theta4_goal=self.goal[3])
             self.segment = segment._replace(move=move)
 
@@ -175,9 +175,7 @@ class Base:
         h[0, late] = times[late] / t_seg
         return h
 
-    def solve(
-        self, h: float, t: float, previous: Joints, theta4: float | None = None
-    ) -> Joints:
+    def solve(self, h: float, t: float, previous: Joints, theta4: float | None = None) -> Joints:
         """Angles of T6_1 at h and t, rad; ``theta4`` where the pose leaves it open.
 
         Raises:
