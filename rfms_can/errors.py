@@ -28,6 +28,10 @@ Nothing a peer puts on the bus raises: nodes discard and count (``PROTOCOL`` R0)
 for our own bugs, for bad input of users, and for drivers.
 """
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
 
 class RfmsError(Exception):
     """Base of all errors of this package."""
@@ -58,7 +62,13 @@ class ArmError(RfmsError, ValueError):
 
 
 class KinematicsError(RfmsError):
-    """A pose the arm cannot take."""
+    """A pose the arm cannot take.
+
+    Attributes:
+        remedy: of a move: what of its mode would have to change, by name; empty if unknown.
+    """
+
+    remedy: Mapping[str, Any] = MappingProxyType({})
 
 
 class UnreachableError(KinematicsError):
@@ -98,7 +108,14 @@ class LinkError(RfmsError):
 
 
 class MoveError(ProgramError, ValueError):
-    """A move that breaks a rule of the trajectory generator."""
+    """A move that breaks a rule of the trajectory generator.
+
+    Attributes:
+        remedy: what of its mode would have to change, by name, or ``wait``: the move to wait for.
+            It has been tried; empty if nothing is known that would do.
+    """
+
+    remedy: Mapping[str, Any] = MappingProxyType({})
 
 
 class TableError(RfmsError, LookupError):

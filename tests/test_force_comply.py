@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from rfms_can.arm import PUMA_260, PUMA_560
 from rfms_can.compliance import Selection, compliance_jacobian
-from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import direct, jacobian
 from rfms_can.master.force.comply import MAX_DISPLACEMENT, MAX_ROTATION, Comply
 from rfms_can.master.force.fade import Fade

@@ -20,14 +20,13 @@ from rfms_can.messages import (
     ModeMessage,
     MoveRequest,
     PositionMessage,
-    StopRequest,
     TransformMessage,
 )
 from rfms_can.transform import Transform
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.records import Measure, Rows
-from rfms_can.wire.vocabulary import Command, FaultCode, GripperCommand, Law
+from rfms_can.wire.records import Rows
+from rfms_can.wire.vocabulary import FaultCode, GripperCommand, Law
 
 
 @pytest.fixture
@@ -189,36 +188,29 @@ def test_a_t6_out_of_reach_is_refused_and_never_sent(fleet: Fleet) -> None:
     }
 
 
-def test_a_setpoint_the_arm_cannot_take_halts_before_it_is_sent(fleet: Fleet) -> None:
-    generator = fleet.master.motion.generator
-    good = generator.tick()
+def test_a_setpoint_the_arm_cannot_take_is_not_sent_and_the_arm_stays(fleet: Fleet) -> None:
+    motion = fleet.master.motion
+    good = motion.generator.tick()
     bad = good._replace(T6_1=good.T6_1._replace(px=1.9))
     first = len(fleet.pump.sent)
-    generator.tick = lambda: bad  # type: ignore[method-assign]  # as if a rule had been forgotten
-    reason = fleet.halted()
-    assert reason.startswith("set-point refused before it was sent: puma260: too_far")
+    motion.generator.tick = lambda: bad  # type: ignore[method-assign]  # a rule forgotten
     fleet.run(3)
+    assert fleet.master.phase is Phase.RUN
+    assert motion.stopped_short is not None
+    assert motion.stopped_short.startswith("stopped short: puma260: too_far")
     assert all(abs(setpoint.p_x) < 1.0 for setpoint in fleet.said("SETPOINT_1", first))
 
 
-def test_a_stop_that_ends_in_a_singular_wrist_halts_by_name(fleet: Fleet) -> None:
-    """Programs stop wherever they like; where theta4 and theta6 are one, nothing can be held."""
-    motion = fleet.master.motion
-    fleet.move((0.2, 0.0, 0.0, 0.0, 0.0, 0.0), 0.6)
-    fleet.run(60)
-    fleet.master.handle(StopRequest())
-    while not motion.generator.stopped:
-        fleet.run(1)
-        singular = (*motion.commanded.theta[:4], 0.0005, motion.commanded.theta[5])
-    motion.commanded.reset(singular)
-    assert fleet.halted().startswith("puma260: wrist singularity: sin(theta5) = 0.0005")
-
-
-def test_an_arm_with_a_singular_wrist_is_not_enabled(wire: Wire) -> None:
-    fleet = Fleet(wire).reach(Phase.READY)
-    fleet.master.arm_state.q[4] = 0.0005
-    fleet.pump.lose(lambda frame, to: frame.id == fleet.id(Measure, 5) and to is fleet.master)
-    fleet.master.start()
-    reason = fleet.halted()
-    assert reason.startswith("puma260: wrist singularity: sin(theta5) = 0.0005, enabling needs")
-    assert Command.START not in {nmt.command for nmt in fleet.said("NMT")}
+@pytest.mark.parametrize("theta5", [0.0005, 0.0, -1e-9])
+def test_an_arm_with_a_straight_wrist_is_held_and_its_joints_are_told_theta4(
+    fleet: Fleet, theta5: float
+) -> None:
+    """T6 alone would not tell them theta4 from theta6."""
+    motion, park = fleet.master.motion, PUMA_260.park
+    q = (*park[:3], 0.7, theta5, -0.4)
+    motion.enable(q)
+    for _ in range(3):
+        motion.next_setpoint()
+        told = motion.commanded.told
+        assert told is not None and told.first == pytest.approx(q, abs=1e-9)
+    assert motion.stopped_short is None

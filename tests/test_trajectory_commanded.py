@@ -1,12 +1,13 @@
 """The master's shadow of the six joints: it sees what must not be sent."""
 
+import pytest
 from pytest import approx
 from support.trajectory import HOME, LEFT_DOWN, TAU, Rig, over_the_wire
 
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import direct
+from rfms_can.master.trajectory.braking import Brake
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
-from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.goal import FixedGoal
 from rfms_can.master.trajectory.segment import Move
 from rfms_can.transform import Transform
@@ -82,33 +83,53 @@ def test_a_set_point_too_fast_names_joint_number_and_bound() -> None:
     rig.run(1)
     setpoint = rig.setpoints[-1]
     assert commanded.check(setpoint) is None
-    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 1, 1.99 * TAU))) is None
-    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 1, (1.99 + 2.09) * TAU))) is None
-    fast = shifted(HOME, 1, (1.99 + 2.09 + 2.12) * TAU)
+    speed = place = 0.0
+    while speed < 2.09:  # a little over the limits, under what may be
+        speed = min(speed + 10.1 * TAU, 2.09)
+        place += speed * TAU
+        assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 1, place))) is None
+    fast = shifted(HOME, 1, place + 2.12 * TAU)
     reason = commanded.check(setpoint._replace(T6_1=fast))
+    assert reason == "puma260: joint 1: set-point speed 2.12 rad/s exceeds 2 rad/s"
+
+
+def test_a_set_point_that_leaps_names_joint_number_and_bound_and_changes_nothing() -> None:
+    commanded, rig = shadow(), Rig()
+    rig.run(1)
+    setpoint = rig.setpoints[-1]
+    assert commanded.check(setpoint) is None
+    before = commanded.theta, commanded.steps, commanded.bends
+    reason = commanded.check(setpoint._replace(T6_1=shifted(HOME, 2, 10.3 * TAU**2)))
     assert reason is not None
-    assert "joint 1: set-point speed 2.12 rad/s exceeds 2 rad/s" in reason
+    assert reason.startswith("puma260: joint 2: set-point acceleration 10.3 rad/s2 exceeds 10")
+    assert (commanded.theta, commanded.steps, commanded.bends) == before
+    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 2, 10.1 * TAU**2))) is None
 
 
-def test_a_set_point_that_cannot_follow_is_named() -> None:
+def test_a_set_point_that_cannot_follow_is_our_own_bug() -> None:
     commanded, rig = shadow(), Rig()
     rig.move(Mode.JOINT, "W1", 1.2, 0.2)
     rig.run(3)
-    reason = commanded.check(rig.setpoints[-1])
-    assert reason == "puma260: joint 1: a BLEND set-point cannot follow the last one"
+    with pytest.raises(AssertionError, match="joint 1: a BLEND set-point cannot follow the last"):
+        commanded.check(rig.setpoints[-1])
 
 
-def test_a_set_point_past_a_joint_limit_is_named() -> None:
-    """Every pose is inside the range of joint 1; the transition, started at speed, is not."""
-    q = (2.5, *HOME[1:])
-    commanded = CommandedTrajectory(PUMA_260, TAU)
+def test_a_set_point_that_could_not_come_to_rest_in_the_range_is_refused_in_time() -> None:
+    """Joint 1 ends at 2.53 rad; at 2 rad/s it takes 0.2 rad to stop."""
+    q = (2.0, *HOME[1:])
+    commanded, rig = CommandedTrajectory(PUMA_260, TAU), Rig(q=q)
     commanded.reset(q)
-    generator = TrajectoryGenerator(TAU)
-    generator.enable(shifted(q, 1, 0.0), LEFT_DOWN)
-    generator.request(Move(1, FixedGoal(shifted(q, 1, 0.030)), Mode.JOINT, 200, 20, LEFT_DOWN))
-    idle = generator.tick()
-    for tick in range(4):  # 0.0095 rad a tick, close to the speed limit
-        assert commanded.check(idle._replace(T6_1=shifted(q, 1, 0.0095 * tick))) is None
-    reason = commanded.check(generator.tick())
-    assert reason is not None
-    assert "joint 1: set-point 2.538 rad is outside [-2.53073, 2.53073] rad" in reason
+    rig.run(1)
+    setpoint = rig.setpoints[-1]
+    reason = commanded.check(setpoint)
+    speed = place = 0.0
+    while reason is None:
+        speed = min(speed + 10.0 * TAU, 2.0)
+        place += speed * TAU
+        reason = commanded.check(setpoint._replace(T6_1=shifted(q, 1, place)))
+    assert "can no longer come to rest inside" in reason
+    upper = PUMA_260.joint_limits[0][1]
+    brake = Brake(PUMA_260, commanded.theta, commanded.steps, commanded.bend_limits)
+    while not brake.over:
+        theta = brake.step()
+    assert upper - 3.0 * speed * TAU < theta[0] <= upper

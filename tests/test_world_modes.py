@@ -25,7 +25,7 @@ def mode(**fields: Any) -> ModeMessage:
 def test_a_mode_keeps_what_it_was_given() -> None:
     world = WorldModel(OWN, 0.004)
     message = ModeMessage(
-        *("seam", "cartesian", 0.1, None, 0.05, 0.3, 0.4, True, "cartesian", 2.0, 7.0),
+        *("seam", "cartesian", 0.1, None, 0.05, 0.3, 0.4, True, 3.0, "cartesian", 2.0, 7.0),
         "right up flip",
     )
     kept = world.define_mode(message)
@@ -33,7 +33,7 @@ def test_a_mode_keeps_what_it_was_given() -> None:
     assert (kept.name, kept.mode, kept.transition) == ("seam", Mode.CARTESIAN, Transition.CARTESIAN)
     assert (kept.acceleration_time, kept.segment_time) == (0.1, None)
     assert (kept.speed, kept.angular_speed, kept.joint_speed) == (0.05, 0.3, 0.4)
-    assert kept.lengthen
+    assert (kept.lengthen, kept.lengthen_at_most) == (True, 3.0)
     assert kept.limits == Limits(2.0, 7.0)
     assert kept.configuration == Configuration(False, True, False)
 

@@ -56,8 +56,8 @@ class Run:
 
     def run(self, seconds: float) -> Transform:
         for _ in range(round(seconds / PERIOD_S)):
-            setpoint, refusal = self.motion.next_setpoint()
-            assert refusal is None
+            setpoint = self.motion.next_setpoint()
+            assert self.motion.stopped_short is None
             pose = setpoint.T6_1
             self.places.append((pose.px, pose.py, pose.pz))
         return pose
@@ -174,8 +174,8 @@ def test_what_nobody_observes_any_more_is_not_followed_for_ever() -> None:
             motion.handle(
                 TransformMessage("belt", seen, "reference", predict="velocity", stamp=None)
             )
-        setpoint, refusal = motion.next_setpoint()
-        assert refusal is None
+        setpoint = motion.next_setpoint()
+        assert motion.stopped_short is None
         places.append(setpoint.T6_1.py)
     rates = np.diff(places) / PERIOD_S
     last_seen = 395

@@ -18,6 +18,8 @@ class ModeSettings(TypedDict, total=False):
         transition: ``"joint"``, the default, or ``"cartesian"``: the transition between straight
             lines is planned in space.
         lengthen: whether a segment that exceeds a limit is lengthened, or refused, the default.
+        lengthen_at_most: by which factor it may be lengthened, 10 if not given; a segment that
+            needs more is refused, with the time it would take.
         acceleration, angular_acceleration: what correcting a reference transform may add to the
             tool's motion, m/s2 and rad/s2; 1 and 5 if not given.
         config: e.g. ``"left up noflip"``, instead of the position's.
@@ -40,6 +42,7 @@ class ModeSettings(TypedDict, total=False):
     interpolation: Literal["joint", "cartesian"]
     transition: Literal["joint", "cartesian"]
     lengthen: bool
+    lengthen_at_most: float
     acceleration: float
     angular_acceleration: float
     config: str | None

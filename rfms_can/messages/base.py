@@ -19,6 +19,7 @@ Rigid = tuple[float, float, float, float, float, float, float, float, float, flo
 Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1e3)]
+Factor = Annotated[float, msgspec.Meta(ge=1.0, le=1e6)]
 Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 Directions = Annotated[dict[str, float], msgspec.Meta(min_length=1, max_length=6)]
 """Directions of the compliance frame, and a number for each."""

@@ -6,6 +6,7 @@ import msgspec
 
 from rfms_can.messages.base import (
     Directions,
+    Factor,
     Fraction,
     Mass,
     Message,
@@ -84,6 +85,7 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
         joint_speed: fraction of the joints' speed limits.
         lengthen: whether a segment that exceeds a speed or acceleration limit is lengthened;
             refused otherwise.
+        lengthen_at_most: by which factor; a segment that needs more is refused.
         transition: ``"joint"``, or ``"cartesian"``, planned in space.
         acceleration, angular_acceleration: what a correction of a reference transform may add
             to the motion of the tool, m/s2 and rad/s2.
@@ -106,6 +108,7 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
     angular_speed: Positive | None = None
     joint_speed: Fraction | None = None
     lengthen: bool = False
+    lengthen_at_most: Factor = 10.0
     transition: Literal["joint", "cartesian"] = "joint"
     acceleration: Positive = 1.0
     angular_acceleration: Positive = 5.0

@@ -42,6 +42,7 @@ class How(NamedTuple):
     angular_speed: float | None = None
     joint_speed: float | None = None
     lengthen: bool = False
+    lengthen_at_most: float = 10.0
     transition: Transition = Transition.JOINT
     configuration: Configuration | None = None
 

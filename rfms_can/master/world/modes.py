@@ -50,6 +50,7 @@ class MotionMode:
             speed alone the rotation has one too: ``speed / ROTATION_LEVER``.
         joint_speed: fraction of the joints' speed limits, or None.
         lengthen: whether a segment that breaks a limit is lengthened, or refused.
+        lengthen_at_most: by which factor.
         transition: how the segment is entered.
         limits: what the correction of a reference may add.
         configuration: instead of the position's, or None.
@@ -67,6 +68,7 @@ class MotionMode:
     angular_speed: float | None
     joint_speed: float | None
     lengthen: bool
+    lengthen_at_most: float
     transition: Transition
     limits: Limits
     configuration: Configuration | None
@@ -97,6 +99,7 @@ class MotionMode:
             _angular_speed(message),
             message.joint_speed,
             message.lengthen,
+            message.lengthen_at_most,
             Transition[message.transition.upper()],
             Limits(message.acceleration, message.angular_acceleration),
             configuration,

@@ -232,8 +232,7 @@ class Base:
             where = near.text if abs(near.margin) < SINGULAR else "the end of its range"
             raise MoveError(
                 f"move {self.segment.move.sequence}: joint {joint + 1} of {arm.name} would have to "
-                f"turn {curve.largest_step[joint]:.3g} rad at once, where the path passes {where}: "
-                f"place the path elsewhere, or move in joint mode"
+                f"turn {curve.largest_step[joint]:.3g} rad at once, where the path passes {where}"
             )
 
 

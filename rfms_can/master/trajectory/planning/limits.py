@@ -92,6 +92,5 @@ def check_ranges(arm: LimitedArm, phases: Sequence[Phase], sequence: int) -> Non
             raise JointLimitError(
                 f"move {sequence}: joint {joint + 1} of {arm.name} would reach "
                 f"{angles[sample, joint]:.6g} rad {phase.where}, outside [{lower[joint]:.6g}, "
-                f"{upper[joint]:.6g}] rad: place the position further inside the range, or "
-                f"accelerate in less time"
+                f"{upper[joint]:.6g}] rad"
             )

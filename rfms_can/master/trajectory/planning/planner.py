@@ -4,7 +4,7 @@ from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
-from rfms_can.errors import MoveError
+from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.kinematics import Configuration, InverseKinematics, Joints
 from rfms_can.master.trajectory.admission import (
     MAX_ROTATION,
@@ -14,12 +14,13 @@ from rfms_can.master.trajectory.admission import (
     check_transition,
 )
 from rfms_can.master.trajectory.goal import Goal, Moment
+from rfms_can.master.trajectory.planning.alternatives import alternatives
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
-from rfms_can.master.trajectory.planning.remedy import mended
+from rfms_can.master.trajectory.planning.remedy import instead, mended, refused
 from rfms_can.master.trajectory.planning.search import Outcome, Trial
 from rfms_can.master.trajectory.planning.times import (
     PlannedMode,
@@ -122,6 +123,26 @@ class MovePlanner:
             MoveError: a rule or a limit is broken; the message has the time that would do.
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
+        try:
+            return self._made(*self._attempt(before, position, mode, sequence, tick))
+        except (MoveError, KinematicsError) as error:
+            others = alternatives(
+                before,
+                mode,
+                self._period,
+                lambda after, changed: self._attempt(after, position, changed, sequence, tick),
+            )
+            raise instead(error, others) from error
+
+    def _attempt(
+        self,
+        before: Segment,
+        position: PlannedPosition,
+        mode: PlannedMode,
+        sequence: int,
+        tick: int,
+    ) -> tuple[Trial, Outcome]:
+        """``plan``, without remembering anything of it."""
         frame = Frame(self._kinematics, tick, self._period)
         departed = self._departed(before, frame)
         acceleration = whole_ticks(mode.acceleration_time, self._period)
@@ -141,8 +162,9 @@ class MovePlanner:
         trial = Trial(self.arm, frame, departed, base, ends, parts)
         outcome = trial.run(trial.times)
         if outcome.excess is not None:
-            outcome = mended(trial, outcome.excess, lengthen=mode.lengthen)
-        return self._made(trial, outcome)
+            lengthen, at_most = mode.lengthen, mode.lengthen_at_most
+            outcome = mended(trial, outcome.excess, lengthen=lengthen, at_most=at_most)
+        return trial, outcome
 
     def _departed(self, before: Segment, frame: Frame) -> DepartedSegment:
         """The segment to follow, with what was planned of it."""
@@ -179,6 +201,13 @@ class MovePlanner:
                 f"acceleration time plus four periods, {least * tau:.6g} s: a rotation of "
                 f"{drive.psi:.4g} rad is moved in two parts; lengthen the segment or shorten the "
                 f"acceleration time ({move.acceleration_ticks * tau:.6g} s)"
+            )
+        if mode.segment_time is not None and least > mode.lengthen_at_most * ticks:
+            raise refused(
+                f"move {move.sequence}: its transitions alone take {least * tau:.6g} s instead of "
+                f"{ticks * tau:.6g} s, and the mode lengthens {mode.lengthen_at_most:g} times at "
+                f"most: ask for that time",
+                {"segment_time": least * tau},
             )
         move = move._replace(segment_ticks=max(ticks, least))
         segment = Segment(move, drive if move.mode is Mode.CARTESIAN else None)

@@ -129,6 +129,14 @@ class Trial(NamedTuple):
             excess = outcome.excess
         return None
 
+    def attempt(self, segment: int, acceleration: int) -> Outcome | None:
+        """The outcome with these times, periods; None if it breaks a limit."""
+        try:
+            outcome = self.run(Times(segment, acceleration))
+        except KinematicsError:
+            return None
+        return outcome if outcome.excess is None else None
+
     def _within(self, times: Times, longest: int, longest_acceleration: int) -> Outcome | None:
         if times.segment > longest or times.acceleration > longest_acceleration:
             return None

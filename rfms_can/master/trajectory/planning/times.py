@@ -49,6 +49,10 @@ class PlannedMode(Protocol):
         """Whether a segment that breaks a limit is lengthened; refused otherwise."""
 
     @property
+    def lengthen_at_most(self) -> float:
+        """By which factor."""
+
+    @property
     def transition(self) -> Transition:
         """How the segment is entered."""
 
