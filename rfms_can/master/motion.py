@@ -17,6 +17,7 @@ from rfms_can.master.force.specification import ForceRequest
 from rfms_can.master.trajectory.braking import Brake
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.lag import LARGEST, Lag
 from rfms_can.master.trajectory.planning import MovePlanner
 from rfms_can.master.world import Limits, WorldModel
 from rfms_can.messages import (
@@ -74,6 +75,7 @@ class Motion:
         self.stopped_short: str | None = None
         self._blend = blend
         self._brake: Brake | None = None
+        self._lag = Lag(arm, period_s)
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define_transform,
             PositionMessage: self._define_position,
@@ -90,6 +92,7 @@ class Motion:
     def enable(self, q: Sequence[float]) -> None:
         """Hold where the encoders say the arm is (rad), without a move or a force request."""
         self._hold(q)
+        self._lag.reset(q)
         self.force_request = None
 
     def _hold(self, q: Sequence[float]) -> None:
@@ -224,11 +227,39 @@ class Motion:
         for name in world.unseen(generator.tick_count):
             world.halt_transform(name, generator.tick_count, self._limits(name))
         setpoint = generator.tick()
-        refusal = self.commanded.check(setpoint)
+        refusal = self._lagging() or self.commanded.check(setpoint)
         if refusal is None:
             self._take_over(generator.sequence)
             return setpoint
         return self._stop_short(refusal)
+
+    def displaced(self, displacement: Sequence[float] | None) -> Sequence[float] | None:
+        """What the joints add to the set-point made last: a displacement, and their lag, rad (6).
+
+        Args:
+            displacement: by compliance, rad (6), or None.
+
+        Returns:
+            None if there is nothing to add.
+        """
+        lag, theta = self._lag, self.commanded.theta
+        if displacement is None:
+            lag.follow(theta)
+            return lag.angles if lag.active else None
+        lag.follow([t + d for t, d in zip(theta, displacement, strict=True)])
+        if not lag.active:
+            return displacement
+        return [d + behind for d, behind in zip(displacement, lag.angles, strict=True)]
+
+    def _lagging(self) -> str | None:
+        """Which joint lags too far behind its path, in words; None if none does."""
+        joint = self._lag.joint_too_far
+        if joint is None:
+            return None
+        return (
+            f"{self._arm.name}: joint {joint}: set-point lags over {LARGEST:g} rad behind what is "
+            f"asked of it, at its limits of speed and acceleration"
+        )
 
     def _stop_short(self, refusal: str) -> CartesianSetpoint:
         """The joints cannot follow the path any further: come to rest beside it."""

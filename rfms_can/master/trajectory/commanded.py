@@ -13,8 +13,10 @@ ESTIMATED: Final = 1.05
 """How much faster than its limit a set-point may be. Plans keep the limits; but the joints estimate
 from their last set-points how they leave a segment, and where its straight part is short they are a
 few per cent off."""
-BENT: Final = 1.02
-"""How much more than its limit a joint may accelerate: plans are judged at some samples only."""
+RANGE_ROUNDING: Final = 1e-6
+"""Rad a joint may be past the end of its range; the joints themselves take ten times that."""
+BENT: Final = 1.5
+"""How much more than its limit a joint may be asked to accelerate: within that it lags behind."""
 
 
 NEAR_WRIST: Final = 0.05
@@ -80,7 +82,13 @@ class CommandedTrajectory:
         self._near_shoulder: Final = NEAR_SHOULDER * abs(arm.a2)
         self.told: Told | None = None
         self._bounds: Final = tuple(
-            _Bounds(lower, upper, ESTIMATED * speed * period_s, BENT * bend, 0.5 / bend)
+            _Bounds(
+                lower - RANGE_ROUNDING,
+                upper + RANGE_ROUNDING,
+                ESTIMATED * speed * period_s,
+                BENT * bend,
+                0.5 / bend,
+            )
             for (lower, upper), speed, bend in zip(
                 arm.joint_limits, arm.speed_limits, self.bend_limits, strict=True
             )
