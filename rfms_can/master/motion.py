@@ -18,7 +18,7 @@ from rfms_can.master.trajectory.braking import Brake
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.lag import LARGEST, Lag
-from rfms_can.master.trajectory.planning import MovePlanner
+from rfms_can.master.trajectory.planning import MovePlanner, with_straight_wrist
 from rfms_can.master.world import Limits, WorldModel
 from rfms_can.messages import (
     Answer,
@@ -98,6 +98,8 @@ class Motion:
     def _hold(self, q: Sequence[float]) -> None:
         """Hold at joint angles (rad); moves start from there, those accepted before are over."""
         arm = self._arm
+        q1, q2, q3, q4, q5, q6 = q
+        q = with_straight_wrist((q1, q2, q3, q4, q5, q6))
         configuration = configuration_of(arm, q)
         self.world.configuration = configuration
         self.generator.enable(direct(arm, q), configuration)

@@ -257,11 +257,13 @@ class JointSetpoint:
         """The old motion now: its base one period ahead, and r, whose rate is constant there.
 
         A long window does not reach back into the transition, at whose end the fourth derivative of
-        h is discontinuous; a short one may.
+        h is discontinuous; a short one may, but not out of rest: what it would see there of the
+        motion before, a slow transition multiplies by the third power of its time.
         """
         if not self._base:
             return (self.theta, 0.0, 0.0, 0.0)
-        window = min(window, max(self._since_transition, SHORTEST))
+        least = 1 if self._state is _IDLE else SHORTEST
+        window = min(window, max(self._since_transition, least))
         theta, velocity, acceleration, jerk = self._base.one_ahead(self._period, window)
         theta_BC, step = self._theta_BC, self._r_step
         return (

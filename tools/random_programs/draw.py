@@ -5,6 +5,7 @@ whether the way there can be made is for the planner to say. ``MIX`` is the decl
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -25,9 +26,9 @@ MIX: Final = {
 }
 """Where a move goes: anywhere in the ranges; near where the arm is; to or next to a singularity; to
 an end of a range; by half a turn of joint 4 or 6."""
-MOVES: Final = (2, 6)
+MOVES: Final = (2, 4)
 """Fewest and most moves of a program."""
-CARTESIAN: Final = 0.4
+CARTESIAN: Final = 0.35
 """Part of the moves that are straight lines."""
 MOVING: Final = 0.12
 """Part of the goals that move by themselves."""
@@ -38,6 +39,7 @@ VIA: Final = 0.5
 PACES: Final = 0.15
 """Part of the moves under which feed rate or pause change."""
 
+_ZERO: Final[Joints] = (0.0,) * 6
 _OFFSETS: Final = (0.0, 0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.05)
 """How far from a singularity or an end of a range a target is, rad."""
 
@@ -81,7 +83,7 @@ def draw(arm: Arm, seed: int) -> Program:
     for _ in range(int(rng.integers(MOVES[0], MOVES[1] + 1))):
         kind = str(rng.choice(list(MIX), p=list(MIX.values())))
         straight = bool(rng.random() < CARTESIAN)
-        there = _KINDS[kind](rng, arm, q)
+        there: Joints = _KINDS[kind](rng, arm, q)
         if straight and kind in ("anywhere", "half turn"):
             there = _near(rng, arm, q)
         there = _within(arm, there)
@@ -90,7 +92,7 @@ def draw(arm: Arm, seed: int) -> Program:
         function = _function(rng) if rng.random() < MOVING else None
         pace = None
         if rng.random() < PACES:
-            pace = (int(rng.integers(1, 400)), float(rng.choice([0.0, 0.1, 0.5, 1.0])))
+            pace = (int(rng.integers(1, 400)), float(rng.choice([0.0, 0.3, 0.6, 1.0])))
         moves.append(
             Move(
                 kind,
@@ -99,7 +101,7 @@ def draw(arm: Arm, seed: int) -> Program:
                 function,
                 _mode(rng, straight),
                 bool(rng.random() > VIA),
-                int(rng.integers(0, 500)),
+                int(rng.integers(0, 250)),
                 pace,
             )
         )
@@ -109,10 +111,10 @@ def draw(arm: Arm, seed: int) -> Program:
 
 def _mode(rng: np.random.Generator, straight: bool) -> dict[str, Any]:
     settings: dict[str, Any] = {"interpolation": "cartesian" if straight else "joint"}
-    if straight and rng.random() < 0.4:
+    if straight and rng.random() < 0.3:
         settings["transition"] = "cartesian"
-    time = float(rng.uniform(0.4, 3.0))
-    settings["acceleration_time"] = float(rng.uniform(0.08, 0.45) * time)
+    time = float(rng.uniform(0.4, 2.0))
+    settings["acceleration_time"] = float(rng.uniform(0.1, 0.4) * time)
     if rng.random() < 0.6:
         settings["segment_time"] = time
     elif straight:
@@ -126,18 +128,19 @@ def _mode(rng: np.random.Generator, straight: bool) -> dict[str, Any]:
 def _function(rng: np.random.Generator) -> AnyFunction:
     direction = rng.normal(size=3)
     x, y, z = (direction / np.linalg.norm(direction) * rng.uniform(0.001, 0.01)).tolist()
-    return [
+    drawn: list[AnyFunction] = [
         Linear(along=(x, y, z), parameter="h"),
         Weave((x / 2, y / 2, z / 2), float(rng.uniform(0.2, 1.0)), "t"),
         Weave((x, y, z), float(rng.integers(1, 4)), "h"),
         Circular(float(rng.uniform(0.001, 0.01)), 2.0 * math.pi, parameter="h"),
-    ][int(rng.integers(4))]
+    ]
+    return drawn[int(rng.integers(4))]
 
 
 # --- where to ------------------------------------------------------------------------------------
 
 
-def _anywhere(rng: np.random.Generator, arm: Arm, _q: Joints | None = None) -> Joints:
+def _anywhere(rng: np.random.Generator, arm: Arm, _q: Joints = _ZERO) -> Joints:
     return _joints([rng.uniform(lower, upper) for lower, upper in arm.joint_limits])
 
 
@@ -186,7 +189,7 @@ def _half_turn(rng: np.random.Generator, arm: Arm, q: Joints) -> Joints:
     return _replaced(_near(rng, arm, q), joint, q[joint - 1] + turn)
 
 
-_KINDS: Final = {
+_KINDS: Final[dict[str, Callable[[np.random.Generator, Arm, Joints], Joints]]] = {
     "anywhere": _anywhere,
     "near": _near,
     "wrist": _wrist,

@@ -114,19 +114,7 @@ class Trial:
     def _ask(self, number: int, move: Move) -> bool:
         """Ask for a move, with the remedies offered where it is refused; whether it was taken."""
         motion, result = self._motion, self.result
-        name = f"n{number}"
-        target = move.target @ TOOL
-        motion.handle(TransformMessage(f"at {name}", target))
-        right = [f"at {name}"]
-        if move.function is not None:
-            unit = Transform.identity()
-            motion.handle(
-                TransformMessage(f"by {name}", unit, "functional", function=move.function)
-            )
-            right.append(f"by {name}")
-        motion.handle(
-            PositionMessage(name, ["t6", "tool"], right, "tool", configuration=move.configuration)
-        )
+        name = self._define(number, move)
         settings = dict(move.mode)
         for attempt in range(REMEDIES + 1):
             mode = f"{name}.{attempt}"
@@ -145,14 +133,29 @@ class Trial:
                 self._remedies.update(remedy.keys())
                 if "wait" in remedy:
                     self._finish()
-                settings |= {k: v for k, v in remedy.items() if k != "wait"}
-                if "segment_time" in remedy:
-                    for speed in ("speed", "angular_speed", "joint_speed"):
-                        settings.pop(speed, None)
+                settings = _changed(settings, remedy)
             else:
                 result.accepted += not attempt
                 return True
         return False
+
+    def _define(self, number: int, move: Move) -> str:
+        """The position a move goes to; its name."""
+        motion = self._motion
+        name = f"n{number}"
+        target = move.target @ TOOL
+        motion.handle(TransformMessage(f"at {name}", target))
+        right = [f"at {name}"]
+        if move.function is not None:
+            unit = Transform.identity()
+            motion.handle(
+                TransformMessage(f"by {name}", unit, "functional", function=move.function)
+            )
+            right.append(f"by {name}")
+        motion.handle(
+            PositionMessage(name, ["t6", "tool"], right, "tool", configuration=move.configuration)
+        )
+        return name
 
     def _go_on(self, move: Move) -> None:
         if move.pace is not None:
@@ -201,6 +204,15 @@ class Trial:
             result.joint = int(bends.argmax()) + 1
         self._before, self._step = theta, step
         self._tick += 1
+
+
+def _changed(settings: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:
+    """The settings of a mode as a refusal asks for them."""
+    changed = {**settings, **{k: v for k, v in remedy.items() if k != "wait"}}
+    if "segment_time" in remedy:
+        for speed in ("speed", "angular_speed", "joint_speed"):
+            changed.pop(speed, None)
+    return changed
 
 
 def _remedy(error: Exception) -> dict[str, Any]:

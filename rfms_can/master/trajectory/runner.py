@@ -86,6 +86,12 @@ class SegmentRunner:
             return 1
         return window_for(round(move.acceleration_ticks / self.step)) - 1
 
+    def is_known_at_rest(self, move: Move) -> bool:
+        """Whether the joints know how the goal they rest at moves, to leave it for ``move``."""
+        if self.segment.move.target.constant or self._blend is Blend.THESIS or self.step == 0.0:
+            return True
+        return self.rested >= window_for(round(move.acceleration_ticks / self.step))
+
     def settle(self, move: Move | None, hand_over: float, tick: int) -> None:
         """Fix what follows at ``hand_over``: ``move``, or the transition to rest at this goal."""
         if move is None:

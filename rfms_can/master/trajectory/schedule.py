@@ -65,7 +65,7 @@ class Schedule:
         run = self._run
         if run.next is not None:
             watched = run.watched >= run.watch_ticks(run.next.move)
-            return Event.DEPART if watched else Event.STAY
+            return Event.DEPART if watched and run.is_known_at_rest(run.next.move) else Event.STAY
         if run.rested and self.may_depart(Transition.CARTESIAN):
             return Event.BEND
         return Event.STAY

@@ -9,6 +9,15 @@ they may, ``search.py`` what would do instead, ``large_rotation.py`` splits larg
 from rfms_can.master.trajectory.planning.large_rotation import PartGoal
 from rfms_can.master.trajectory.planning.limits import LimitedArm
 from rfms_can.master.trajectory.planning.planner import MovePlanner, Plan, PlannedPosition
+from rfms_can.master.trajectory.planning.straight_wrist import with_straight_wrist
 from rfms_can.master.trajectory.planning.times import PlannedMode
 
-__all__ = ["LimitedArm", "MovePlanner", "PartGoal", "Plan", "PlannedMode", "PlannedPosition"]
+__all__ = [
+    "LimitedArm",
+    "MovePlanner",
+    "PartGoal",
+    "Plan",
+    "PlannedMode",
+    "PlannedPosition",
+    "with_straight_wrist",
+]

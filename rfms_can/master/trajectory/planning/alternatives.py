@@ -11,7 +11,7 @@ from rfms_can.wire.vocabulary import Mode
 
 
 class ChangedMode:
-    """As another mode, but for its interpolation or its acceleration time.
+    """As another mode, but for its interpolation, acceleration time or transition.
 
     Attributes:
         mode, acceleration_time, transition: as changed; in joint mode the transition is one of the
@@ -21,11 +21,16 @@ class ChangedMode:
     """
 
     def __init__(
-        self, other: PlannedMode, mode: Mode, acceleration_time: float | None = None
+        self,
+        other: PlannedMode,
+        mode: Mode,
+        acceleration_time: float | None = None,
+        transition: Transition | None = None,
     ) -> None:
         self.mode: Final = mode
         self.acceleration_time: Final = acceleration_time or other.acceleration_time
-        self.transition: Final = Transition.JOINT if mode is Mode.JOINT else other.transition
+        in_joints = mode is Mode.JOINT
+        self.transition: Final = Transition.JOINT if in_joints else transition or other.transition
         self.segment_time: Final = other.segment_time
         self.speed: Final = other.speed
         self.angular_speed: Final = other.angular_speed
@@ -63,6 +68,9 @@ def alternatives(
         number = before.move.sequence
         rested = after(mode, before.to_rest())
         may(f"wait until move {number} is complete", {"wait": number}, rested)
+    if mode.transition is Transition.CARTESIAN:
+        blended = after(ChangedMode(mode, mode.mode, transition=Transition.JOINT))
+        may("use a joint transition", {"transition": "joint"}, blended)
     if mode.mode is Mode.CARTESIAN:
         in_joints = after(ChangedMode(mode, Mode.JOINT))
         may("move in joint mode", {"interpolation": "joint", "transition": "joint"}, in_joints)

@@ -22,6 +22,7 @@ from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
 from rfms_can.master.trajectory.planning.remedy import instead, mended, refused
 from rfms_can.master.trajectory.planning.search import Outcome, Trial
+from rfms_can.master.trajectory.planning.straight_wrist import straightened
 from rfms_can.master.trajectory.planning.times import (
     PlannedMode,
     least_ticks,
@@ -80,6 +81,9 @@ class _Planned(NamedTuple):
     theta_BC: Joints
     goal: Joints
 
+
+THETA4_ROUNDING: Final = 1e-6
+"""Rad theta4 may be off where a Cartesian transition leaves a straight wrist."""
 
 _ZERO: Final[Joints] = (0.0,) * 6
 
@@ -147,8 +151,9 @@ class MovePlanner:
         departed = self._departed(before, frame)
         acceleration = whole_ticks(mode.acceleration_time, self._period)
         configuration = mode.configuration or position.configuration
+        goal = straightened(self._kinematics, position.goal, configuration, departed.goal)
         move = Move(
-            *(sequence, position.goal, mode.mode, least_ticks(acceleration), acceleration),
+            *(sequence, goal, mode.mode, least_ticks(acceleration), acceleration),
             *(configuration, mode.transition),
         )
         check_configuration(before.move, move)
@@ -156,6 +161,8 @@ class MovePlanner:
         drive = _from_goal_to_goal(before, move, frame)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
         base = self._timed(frame, departed, move, drive, parts, mode)
+        if mode.transition is Transition.CARTESIAN and before.rests:
+            _check_theta4(base, sequence)
         if not before.rests:
             check_succession(before.move, base.segment.move, self._period)
         ends = mode.transition if parts == 1 else Transition.CARTESIAN
@@ -251,6 +258,20 @@ class MovePlanner:
         self._planned[sequence] = planned
         if len(self._planned) > REMEMBERED:
             del self._planned[next(iter(self._planned))]
+
+
+def _check_theta4(base: Base, sequence: int) -> None:
+    """A Cartesian transition out of a straight wrist finds theta4 where the path needs it.
+
+    Raises:
+        MoveError: it does not; the joints would have to turn while the hand stands still.
+    """
+    stands, needed = base.start[3], base.begins[3]
+    if abs(needed - stands) > THETA4_ROUNDING:
+        raise MoveError(
+            f"move {sequence}: the path leaves a straight wrist with theta4 = {needed:.6g} rad, "
+            f"and the arm holds it at {stands:.6g} rad: a Cartesian transition cannot turn it"
+        )
 
 
 def _from_goal_to_goal(before: Segment, move: Move, frame: Frame) -> DriveTransform:
