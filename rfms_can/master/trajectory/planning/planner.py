@@ -79,6 +79,16 @@ class _Planned(NamedTuple):
     theta_BC: Joints
     goal: Joints
 
+    def departs_as(self, other: "_Planned") -> bool:
+        """Whether both are the same to the digit."""
+        mine, its = self.drive, other.drive
+        drives = (None if each is None else (each.p, each.axis, each.psi) for each in (mine, its))
+        return (self.theta_BC, self.goal) == (other.theta_BC, other.goal) and len({*drives}) == 1
+
+
+Memory = dict[int, _Planned]
+"""What is remembered of moves, by number."""
+
 
 _ZERO: Final[Joints] = (0.0,) * 6
 
@@ -101,6 +111,21 @@ class MovePlanner:
     def reset(self, q: Joints) -> None:
         """The arm rests at the angles ``q``, rad, before the first move or after a stop."""
         self._remember(0, _Planned(None, _ZERO, q))
+
+    @property
+    def memory(self) -> "Memory":
+        """What is remembered of the moves planned so far, to ``recall`` it."""
+        return dict(self._planned)
+
+    def recall(self, memory: "Memory") -> None:
+        """Remember what was remembered, and nothing that was planned since."""
+        self._planned.clear()
+        self._planned.update(memory)
+
+    def as_in(self, memory: "Memory", sequence: int) -> bool:
+        """Whether what follows a move cannot tell its plan from the one in ``memory``."""
+        before, now = memory.get(sequence), self._planned[sequence]
+        return before is not None and before.departs_as(now)
 
     def plan(
         self,
