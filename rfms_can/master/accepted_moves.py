@@ -55,7 +55,7 @@ class AcceptedMove(NamedTuple):
     def bound_again(self, world: WorldModel, tick: int) -> "AcceptedMove":
         """The same request bound to what its names stand for now; itself if that is the same."""
         position, mode = world.position(self.request.position), world.mode(self.request.mode)
-        if position.is_same(self.position):
+        if position is self.position or position.is_same(self.position):
             position = self.position  # with the goal it has
             if mode == self.mode:
                 return self

@@ -7,7 +7,7 @@ the cycle (``ControlCycle.close``).
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 from rfms_can.arm import Arm
 from rfms_can.dynamics.model import make_dynamics
@@ -28,7 +28,6 @@ from rfms_can.master.start_up.node_parameters import Parameters, parameters_for
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
 from rfms_can.master.timer import CycleTimer
-from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.messages import Answer, Message
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
@@ -50,9 +49,6 @@ from rfms_can.wire.records import (
 )
 from rfms_can.wire.vocabulary import Command, NodeState, Parameter
 
-CYCLE_REPLANS: Final = 4
-"""Moves that a redefinition may plan again where nodes wait for the next SYNC: a plan takes 0.6 to
-1.6 ms (on one core, in 2026), and nodes bring the arm to rest when three SYNCs fail to come."""
 _OWN_HEARTBEAT = bit("HEARTBEAT", MASTER)
 
 
@@ -111,8 +107,9 @@ class MasterNode(Endpoint):
         self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
         force_settings = ForceSettings(settings.law, settings.closed, settings.friction, gains)
         self.force_control = ForceControl(arm, force_settings, period_s)
-        replans = MAX_QUEUE if settings.clock_definition.in_one_process else CYCLE_REPLANS
-        self.motion = Motion(arm, period_s, settings.blend, self.force_control.refusal, replans)
+        self.motion = Motion(
+            arm, period_s, settings.blend, self.force_control.refusal, settings.replans
+        )
         self.statistics = RunStatistics(period_s)
         self.stillness = Stillness(arm)
         self.requests = ProgramRequests(
