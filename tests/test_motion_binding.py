@@ -13,6 +13,8 @@ from support.motion import Program
 
 from rfms_can.errors import ModeError, MoveError, ProgramError, TransformError
 from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.trajectory.queue import MAX_QUEUE
+from rfms_can.master.world.reference import Reference
 from rfms_can.messages import (
     Answer,
     ComplyRequest,
@@ -120,6 +122,38 @@ def test_a_function_keeps_its_course_in_the_move_under_way(program: Program) -> 
     program.run(20)
     assert rise(-0.01).replanned == []
     assert program.finish() == at(program, 0.0, 0.0, 0.03)
+
+
+def test_corrections_of_a_reference_mind_where_the_tool_has_come_to_be(program: Program) -> None:
+    """A turn of it moves what is beyond: as far as a redefined value says, once it is accepted."""
+
+    def lever() -> float:
+        reference = program.motion.world._transforms.table["seen"]
+        assert isinstance(reference, Reference)
+        return reference.lever
+
+    def beyond(x: float) -> None:
+        value = Transform.translation(x, 0.0, 0.0)
+        program.motion.handle(TransformMessage("beyond", value))
+
+    seen = TransformMessage("seen", program.park, "reference")
+    program.motion.handle(seen)
+    beyond(0.01)
+    program.position("at it", "seen", "beyond")
+    assert lever() == approx(0.01)
+    program.move("a", "slow")
+    program.move("at it", "slow")
+    program.run(20)
+    beyond(0.02)
+    assert lever() == approx(0.02)
+    with pytest.raises(MoveError):
+        beyond(FAR)
+    assert lever() == approx(0.02)
+    program.finish()
+    beyond(0.03)
+    assert lever() == approx(0.02), "no move goes there yet"
+    program.move("at it", "slow")
+    assert lever() == approx(0.03)
 
 
 def test_what_is_defined_again_as_it_was_leaves_all_plans_alone(program: Program) -> None:
@@ -331,6 +365,20 @@ def test_a_feed_rate_bounds_a_redefined_acceleration_time(program: Program) -> N
     assert plans(program) == before
 
 
+def test_a_full_queue_has_no_room_for_another_part(program: Program) -> None:
+    program.mode("turning", 2.0)
+    program.place("r", 0.0, 0.0, 0.03)
+    for k in range(MAX_QUEUE - 1):
+        program.move("abc"[k % 3], "slow")
+    program.move("r", "turning")
+    before = plans(program)
+    turned = program.park @ Transform.rotation((0.0, 0.0, 1.0), 0.9 * math.pi)
+    reason = "transform 'r' stays.*move 256: 257 moves would wait and 256 may: wait until one is"
+    with pytest.raises(MoveError, match=reason):
+        program.motion.handle(TransformMessage("r", turned))
+    assert plans(program) == before
+
+
 # --- removal -------------------------------------------------------------------------------------
 
 
@@ -356,6 +404,17 @@ def test_names_a_move_is_to_be_made_with_are_kept_until_it_is_over(program: Prog
         program.remove(name, "transform")
     program.remove("fast")
     assert program.motion.world.names().sizes == {"transform": 0, "position": 0, "mode": 1}
+
+
+def test_a_name_is_kept_by_a_later_move_although_an_earlier_one_is_over(program: Program) -> None:
+    program.move("a", "slow")
+    program.finish()
+    program.motion.handle(PauseRequest())
+    program.move("b", "slow")
+    program.move("a", "slow")
+    program.run(5)
+    with pytest.raises(ProgramError, match="position 'a': move 3 is to be made with it"):
+        program.remove("a", "position")
 
 
 def test_a_value_is_removed_although_the_move_under_way_was_bound_to_it(program: Program) -> None:
