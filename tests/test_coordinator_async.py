@@ -124,14 +124,19 @@ def test_all_words_reach_the_server(socket: CoreSocket) -> None:
         await arm.comply("fx", 0.0)
         assert arm.status.comply == "fx"
         await arm.lock("fx")
+        slow = {"segment_time": 0.8, "acceleration_time": 0.1}
+        await arm.mode("up", **slow)  # type: ignore[arg-type]
+        await arm.mode("spare", **slow)  # type: ignore[arg-type]
+        await arm.remove("spare")
         await arm.stop()
         await arm.release()
-        assert arm.plan(1).sequence == 1
+        assert arm.plan(1).segment_time == pytest.approx(0.8)
 
     run(program)
     kinds = [type(one).__name__.removesuffix("Request") for one in socket.requests]
-    words = ["Pause", "Feed", "Resume", "Comply", "Lock", "Stop", "Wait", "Gripper", "Wait"]
-    assert kinds[5:14] == words
+    words = ["Pause", "Feed", "Resume", "Comply", "Lock", "ModeMessage", "ModeMessage", "Remove"]
+    assert kinds[5:13] == words
+    assert kinds[13:17] == ["Stop", "Wait", "Gripper", "Wait"]
 
 
 # --- parts side by side ------------------------------------------------------------------------

@@ -187,6 +187,7 @@ def test_a_mode_with_everything(arm: Arm, link: FakeLink) -> None:
             0.5,
             0.8,
             True,
+            10.0,
             "cartesian",
             2.0,
             7.0,

@@ -6,8 +6,11 @@ from typing import NamedTuple
 import pytest
 from support.fleet import Fleet
 
+from rfms_can.arm import PUMA_260
+from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.settings import CLOCKS, MasterSettings
+from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.messages import GripperRequest
 from rfms_can.wire.configuration import Clock
 from rfms_can.wire.contract import MESSAGES, Wire
@@ -42,6 +45,19 @@ def test_the_barrier_bounds_a_cycle_only_where_it_waits_for_nodes() -> None:
         clock: 3_000_000_000 if CLOCKS[clock].waits_for_nodes else 4_000_000 for clock in Clock
     }
     assert CLOCKS[Clock.LOCKSTEP].waits_for_nodes
+
+
+def test_real_time_bounds_what_a_redefinition_plans_again(wire: Wire) -> None:
+    """By the time of a plan, in the periods that nodes go on without SYNC."""
+    for clock, rate_hz, most in (
+        (Clock.VIRTUAL, 250.0, MAX_QUEUE),
+        (Clock.LOCKSTEP, 250.0, MAX_QUEUE),
+        (Clock.REALTIME, 250.0, 4),
+        (Clock.REALTIME, 1000.0, 1),
+    ):
+        settings = MasterSettings(rate_hz=rate_hz, clock=clock)
+        master = MasterNode(PUMA_260, wire, 1, settings)
+        assert master.motion._waiting._most == settings.replans == most
 
 
 def test_virtual_time_and_lockstep_send_the_same_frames(wire: Wire) -> None:

@@ -32,7 +32,7 @@ class Server(PlannedRig):
 
     def position(self, name: str, *right: str) -> None:
         message = PositionMessage(name, ["t6", "e"], list(right), tool="e")
-        self.world.define_position(message, self.generator.tick_count)
+        self.world.define_position(message)
 
     def request(self, position: str, **mode: Any) -> Plan:
         name = f"mode{len(self.world.names().modes)}"

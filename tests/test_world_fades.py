@@ -33,7 +33,9 @@ class Follower:
         self.see(start)
         self.world.define_transform(TransformMessage("arm", Transform.translation(lever, 0.0, 0.0)))
         message = PositionMessage("p", [T6], ["seen", "arm"])
-        self.goal: Goal = self.world.define_position(message).goal
+        position = self.world.define_position(message)
+        self.world.note_levers(position, 0)
+        self.goal: Goal = position.goal
         self.poses: list[Transform] = []
 
     def see(

@@ -13,7 +13,6 @@ from rfms_can.errors import EquationError, ModeError, ProgramError, TransformErr
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world import Limits, WorldModel
-from rfms_can.master.world.tables import MAX_MODES, MAX_POSITIONS, MAX_TRANSFORMS
 from rfms_can.messages import T6, Linear, ModeMessage, PositionMessage, TransformMessage
 from rfms_can.transform import Transform
 
@@ -43,14 +42,14 @@ def to(*right: str, name: str = "p") -> PositionMessage:
 # --- kinds ---------------------------------------------------------------------------------------
 
 
-def test_a_value_that_is_redefined_acts_on_positions_defined_later(world: WorldModel) -> None:
+def test_a_value_that_is_redefined_acts_where_a_position_is_bound_later(world: WorldModel) -> None:
     before = world.define_position(to("fixed")).goal
     world.define_transform(TransformMessage("fixed", shift(0.5)))
-    after = world.define_position(to("fixed", name="q")).goal
+    after = world.position("p").goal
     assert [goal.pose(Moment(9)).px for goal in (before, after)] == [0.1, 0.5]
 
 
-def test_a_value_beside_a_reference_is_the_one_of_its_definition_too(world: WorldModel) -> None:
+def test_a_value_beside_a_reference_is_the_one_it_was_bound_to_too(world: WorldModel) -> None:
     goal = world.define_position(to("seen", "fixed")).goal
     world.define_transform(TransformMessage("fixed", shift(0.5)))
     world.define_transform(TransformMessage("seen", shift(0.3), "reference"), 4)
@@ -84,13 +83,16 @@ def test_a_function_is_right_of_its_rows_and_of_the_parameter_it_names(world: Wo
     assert not lift.constant
 
 
-def test_a_function_that_is_redefined_acts_on_moves_asked_for_later(world: WorldModel) -> None:
-    position = world.define_position(to("curve"))
-    promised = position.goal
-    assert position.goal is promised
+def test_a_function_that_is_redefined_acts_where_a_position_is_bound_later(
+    world: WorldModel,
+) -> None:
+    bound = world.define_position(to("curve"))
+    promised = bound.goal
+    assert world.position("p") is bound
     world.define_transform(TransformMessage("curve", shift(0.4), "functional", ACROSS))
     here = Moment(0, 0.5, 0.25)
     assert promised.pose(here) == pytest.approx(Transform.translation(0.3, 0.0, 0.5))
+    position = world.position("p")
     assert position.goal.pose(here) == pytest.approx(Transform.translation(0.4, 0.25, 0.0))
     assert position.compliance_frame(here, Transform.identity()) == Transform.identity()
 
@@ -113,7 +115,7 @@ NOW = 500
     ("name", "fields", "reason"),
     [
         ("fixed", {"kind": "reference"}, " is of kind value and stays so, reference was requested"),
-        ("seen", {}, " is of kind reference and stays so, value was requested"),
+        ("seen", {}, " is of kind reference and stays so, value was requested; use another name, "),
         ("curve", {}, " is of kind functional and stays so, value was requested"),
         ("new", {"kind": "functional"}, ": of kind functional with no function"),
         ("new", {"function": UP}, ": of kind value with a function"),
@@ -188,23 +190,44 @@ def test_observations_at_the_bounds_are_taken(world: WorldModel, stamp: float) -
     assert world.define_position(to("seen")).goal.pose(Moment(NOW)).px == 0.7
 
 
-def test_tables_hold_so_many_and_redefinitions_need_no_room() -> None:
+def test_tables_hold_so_many_and_redefinitions_need_no_room(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for module, size, most in (
+        ("transforms", "MAX_TRANSFORMS", 70),
+        ("transforms", "MAX_LIVE", 5),
+        ("model", "MAX_POSITIONS", 60),
+        ("model", "MAX_MODES", 50),
+    ):
+        monkeypatch.setattr(f"rfms_can.master.world.{module}.{size}", most)
     world = WorldModel(OWN, PERIOD_S)
-    for k in range(MAX_TRANSFORMS):
+    for k in range(5):
+        world.define_transform(TransformMessage(f"r{k}", shift(0.1), "reference"))
+        world.define_transform(TransformMessage(f"c{k}", shift(0.1), "functional", UP))
+    world.define_transform(TransformMessage("c1", shift(0.2), "functional", ACROSS))
+    way_out = "define one of them again, or remove what nothing uses"
+    reason = f"transform 'more' is one too many: 5 of kind {{}} are defined, .*; {way_out}"
+    with pytest.raises(TransformError, match=reason.format("reference")):
+        world.define_transform(TransformMessage("more", shift(0.1), "reference"))
+    with pytest.raises(TransformError, match=reason.format("functional")):
+        world.define_transform(TransformMessage("more", shift(0.1), "functional", UP))
+    for k in range(60):
         world.define_transform(TransformMessage(f"f{k}", shift(0.1)))
     world.define_transform(TransformMessage("f7", shift(0.2)))
-    reason = f"transform 'more' is one too many: {MAX_TRANSFORMS} are defined"
+    reason = f"transform 'more' is one too many: 70 are defined, and no more may be; {way_out}"
     with pytest.raises(TransformError, match=reason):
         world.define_transform(TransformMessage("more", shift(0.1)))
-    for k in range(MAX_POSITIONS):
+    for k in range(60):
         world.define_position(to("f0", name=f"p{k}"))
-    with pytest.raises(EquationError, match=f"'more' is one too many: {MAX_POSITIONS} are"):
+    world.define_position(to("f1", name="p7"))
+    with pytest.raises(EquationError, match=f"'more' is one too many: 60 are .*; {way_out}"):
         world.define_position(to("f0", name="more"))
-    for k in range(MAX_MODES):
+    for k in range(50):
         world.define_mode(ModeMessage(f"m{k}", "joint", 0.2, 2.0))
-    with pytest.raises(ModeError, match=f"'more' is one too many: {MAX_MODES} are"):
+    world.define_mode(ModeMessage("m7", "joint", 0.2, 3.0))
+    with pytest.raises(ModeError, match=f"'more' is one too many: 50 are .*; {way_out}"):
         world.define_mode(ModeMessage("more", "joint", 0.2, 2.0))
-    with pytest.raises(ProgramError, match=r"there are: m0, .*, m19 and 236 more"):
+    with pytest.raises(ProgramError, match=r"there are: m0, .*, m19 and 30 more"):
         world.mode("more")
 
 
@@ -233,12 +256,3 @@ def test_whatever_is_observed_is_refused_or_leaves_a_goal_that_is_a_pose(
             world.define_transform(message, NOW + k, Limits(1.0, 5.0) if fades else None)
         for tick in (0, NOW + k, NOW + k + 10, 10**7):
             assert goal.pose(Moment(tick)).is_rigid(1e-9)
-
-
-def test_a_position_or_a_mode_is_defined_once(world: WorldModel) -> None:
-    world.define_position(to("fixed"))
-    world.define_mode(ModeMessage("slow", "joint", 0.2, 2.0))
-    with pytest.raises(EquationError, match="position 'p' is defined already"):
-        world.define_position(to("fixed"))
-    with pytest.raises(ModeError, match="mode 'slow' is defined already"):
-        world.define_mode(ModeMessage("slow", "joint", 0.2, 2.0))

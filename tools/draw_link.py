@@ -17,6 +17,7 @@ from rfms_can.messages import (
     EmergencyStop,
     Envelope,
     LeaseRequest,
+    PlannedMove,
     Query,
     Refusal,
     Reply,
@@ -33,7 +34,11 @@ GROUPS: Final[tuple[tuple[str, str, tuple[Any, ...]], ...]] = (
     ("Requests that do not", "", (LeaseRequest, Query, WaitRequest)),
     ("Conditions of a WAIT", "", get_args(AnyCondition)),
     ("Functions of a functional transform", "", (*get_args(AnyFunction), TableRow)),
-    ("Replies", "What comes back.", (Reply, Answer, Refusal, WorldNames, ServerNumbers)),
+    (
+        "Replies",
+        "What comes back.",
+        (Reply, Answer, PlannedMove, Refusal, WorldNames, ServerNumbers),
+    ),
     ("Status", "What `status` broadcasts after every cycle; also part of every reply.", (Status,)),
     ("Emergency stop", "What `emergency` takes.", (EmergencyStop,)),
 )

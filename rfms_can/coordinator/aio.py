@@ -27,6 +27,7 @@ from rfms_can.messages import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.world import What
 from rfms_can.transform import Transform
 
 
@@ -62,7 +63,7 @@ class AsyncArm(ArmView):
 
     async def transform(self, name: str, value: Transform) -> Expression:
         """See :meth:`Arm.transform`."""
-        await self._link.request(definitions.value(name, value))
+        self._moves.redefined(await self._link.request(definitions.value(name, value)))
         return Expression(name)
 
     async def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
@@ -74,7 +75,8 @@ class AsyncArm(ArmView):
         self, name: str, function: AnyFunction, base: Transform = IDENTITY
     ) -> Expression:
         """See :meth:`Arm.functional`."""
-        await self._link.request(definitions.functional(name, function, base))
+        message = definitions.functional(name, function, base)
+        self._moves.redefined(await self._link.request(message))
         return Expression(name)
 
     async def observe(
@@ -97,13 +99,20 @@ class AsyncArm(ArmView):
         config: str | None = None,
     ) -> str:
         """See :meth:`Arm.position`."""
-        await self._link.request(definitions.position(name, equation, tool, compliance, config))
+        message = definitions.position(name, equation, tool, compliance, config)
+        self._moves.redefined(await self._link.request(message))
         return name
 
     async def mode(self, name: str, **settings: Unpack[ModeSettings]) -> str:
         """See :meth:`Arm.mode`."""
-        await self._link.request(definitions.mode(name, settings))
+        self._moves.redefined(await self._link.request(definitions.mode(name, settings)))
         return name
+
+    async def remove(self, name: str | Expression, what: What | None = None) -> None:
+        """See :meth:`Arm.remove`."""
+        request = definitions.remove(name, what)
+        await self._link.request(request)
+        self._removed(request)
 
     # --- motion -------------------------------------------------------------------------------
 

@@ -35,6 +35,7 @@ from rfms_can.messages import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.world import What
 from rfms_can.transform import Transform
 
 
@@ -54,12 +55,16 @@ class Arm(ArmView):
     # --- the world model ----------------------------------------------------------------------
 
     def transform(self, name: str, value: Transform) -> Expression:
-        """Define a transform of kind value; positions defined later use its value at that time.
+        """Define a transform of kind value, or define it again.
+
+        A move takes the value that the transform has when it begins: one that is redefined acts in
+        all moves that have not begun, and these are planned again.
 
         Raises:
             TransformError: it is not a transform, or the server refuses it.
+            MoveError: an accepted move could no longer be made with it; nothing has changed.
         """
-        self._link.request(definitions.value(name, value))
+        self._moves.redefined(self._link.request(definitions.value(name, value)))
         return Expression(name)
 
     def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
@@ -84,13 +89,15 @@ class Arm(ArmView):
         Args:
             name: its name in the world model.
             function: ``Linear``, ``Circular``, ``Weave`` or ``Table`` of the motion parameters
-                h or t (thesis III.3.4); used by moves requested later.
+                h or t (thesis III.3.4); one that is redefined acts in all moves that have not
+                begun.
             base: transform left of the function.
 
         Raises:
             TransformError: it is not a function, or the server refuses it.
+            MoveError: an accepted move could no longer be made with it; nothing has changed.
         """
-        self._link.request(definitions.functional(name, function, base))
+        self._moves.redefined(self._link.request(definitions.functional(name, function, base)))
         return Expression(name)
 
     def observe(
@@ -126,10 +133,12 @@ class Arm(ArmView):
         compliance: Expression | None = None,
         config: str | None = None,
     ) -> str:
-        """Define a position by an equation with ``t6`` in it once (3.6).
+        """Define a position by an equation with ``t6`` in it once (3.6), or define it again.
+
+        One that is redefined acts in all moves that have not begun, and these are planned again.
 
         Args:
-            name: its name; a position is defined once.
+            name: its name.
             equation: e.g. ``arm.t6 @ tool == part @ above``.
             tool: its frame moves along straight lines; all transforms right of T6 if not given.
             compliance: compliance frame; the tool's if not given.
@@ -137,12 +146,16 @@ class Arm(ArmView):
 
         Raises:
             EquationError: it cannot be solved for T6.
+            MoveError: an accepted move could no longer be made to it; nothing has changed.
         """
-        self._link.request(definitions.position(name, equation, tool, compliance, config))
+        message = definitions.position(name, equation, tool, compliance, config)
+        self._moves.redefined(self._link.request(message))
         return name
 
     def mode(self, name: str, **settings: Unpack[ModeSettings]) -> str:
-        """Define the motion parameters of a segment; a mode is defined once.
+        """Define the motion parameters of a segment, or define them again.
+
+        A mode that is redefined acts in all moves that have not begun, and these are planned again.
 
         Args:
             name: its name.
@@ -151,9 +164,26 @@ class Arm(ArmView):
 
         Raises:
             ModeError: settings contradict one another, or a number is out of bounds.
+            MoveError: an accepted move could no longer be made with it; nothing has changed.
         """
-        self._link.request(definitions.mode(name, settings))
+        self._moves.redefined(self._link.request(definitions.mode(name, settings)))
         return name
+
+    def remove(self, name: str | Expression, what: What | None = None) -> None:
+        """Remove a transform, a position or a mode that nothing uses any more.
+
+        Args:
+            name: its name, or the expression returned by the definition of a transform.
+            what: ``"transform"``, ``"position"`` or ``"mode"``: needed where several of them have
+                this name.
+
+        Raises:
+            ProgramError: there is none, or it is used: a transform by a position, a position or a
+                mode by a move that is not over, a reference by the move the arm has made last.
+        """
+        request = definitions.remove(name, what)
+        self._link.request(request)
+        self._removed(request)
 
     # --- motion -------------------------------------------------------------------------------
 

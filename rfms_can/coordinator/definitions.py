@@ -29,9 +29,11 @@ from rfms_can.messages import (
     ModeMessage,
     MoveRequest,
     PositionMessage,
+    RemoveRequest,
     TransformMessage,
     Vector6,
 )
+from rfms_can.messages.world import What
 from rfms_can.transform import Transform
 
 IDENTITY: Final = Transform.identity()
@@ -147,6 +149,22 @@ def mode(name: str, settings: ModeSettings) -> ModeMessage:
     except TypeError as error:
         raise ModeError(f"mode {name!r}: {error}; see ModeSettings") from error
     return checked(message, ModeError, f"mode {name!r}")
+
+
+def remove(name: str | Expression, what: What | None) -> RemoveRequest:
+    """A name to remove; an expression is that of a transform.
+
+    Raises:
+        ProgramError: not a name, or an expression of several transforms.
+    """
+    if isinstance(name, Expression):
+        if len(name.names) != 1 or what not in (None, "transform"):
+            raise ProgramError(
+                f"remove {name!r}: give one transform, as returned by arm.transform(), or the name "
+                f"of a position or mode"
+            )
+        name, what = name.names[0], "transform"
+    return checked(RemoveRequest(name, what), ProgramError, f"remove {name!r}")
 
 
 def move(to: str, with_mode: str) -> MoveRequest:

@@ -4,7 +4,7 @@ from collections import OrderedDict
 from typing import Final, NamedTuple
 
 from rfms_can.errors import ProgramError
-from rfms_can.messages import Answer, AnyCondition, AtRest, MoveOver
+from rfms_can.messages import Answer, AnyCondition, AtRest, MoveOver, PlannedMove
 
 PLANS_KEPT: Final = 256
 
@@ -37,14 +37,23 @@ class Moves:
     def took(self, answer: Answer) -> int:
         """Store an accepted move; its number."""
         sequence = answer.sequence
-        self._plans[sequence] = MovePlan(
-            sequence, answer.segment_time, answer.via_deviation, answer.via_rotation
-        )
+        self._keep(sequence, answer)
         if len(self._plans) > PLANS_KEPT:
             self._plans.popitem(last=False)
         self._count += 1
         self._last = sequence
         return sequence
+
+    def redefined(self, answer: Answer) -> None:
+        """Store what a redefinition has made of the plans of moves that have not begun."""
+        for move in answer.replanned:
+            if move.sequence in self._plans:
+                self._keep(move.sequence, move)
+
+    def _keep(self, sequence: int, planned: Answer | PlannedMove) -> None:
+        self._plans[sequence] = MovePlan(
+            sequence, planned.segment_time, planned.via_deviation, planned.via_rotation
+        )
 
     def plan(self, sequence: int) -> MovePlan:
         """The plan of a move; the last ``PLANS_KEPT`` are kept.

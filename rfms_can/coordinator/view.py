@@ -9,7 +9,14 @@ from rfms_can.coordinator.equation import Expression
 from rfms_can.coordinator.link import State
 from rfms_can.coordinator.moves import MovePlan, Moves
 from rfms_can.errors import ProgramError
-from rfms_can.messages import T6, CycleReached, Status, TransformMessage, Vector6
+from rfms_can.messages import (
+    T6,
+    CycleReached,
+    RemoveRequest,
+    Status,
+    TransformMessage,
+    Vector6,
+)
 from rfms_can.transform import Transform
 
 LONGEST_S: Final = 1e6
@@ -83,6 +90,11 @@ class ArmView:
         message = definitions.reference(name, pose, predict)
         self._references[name] = predict
         return message
+
+    def _removed(self, request: RemoveRequest) -> None:
+        """Forget a reference that the server has removed."""
+        if request.what in (None, "transform"):
+            self._references.pop(request.name, None)
 
     def _observation(
         self, of: str | Expression, pose: Transform, at: float | None, twist: Sequence[float] | None

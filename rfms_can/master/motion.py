@@ -11,7 +11,7 @@ from rfms_can.kinematics import (
     configuration_of,
     direct,
 )
-from rfms_can.master.accepted_moves import AcceptedMove, AcceptedMoves
+from rfms_can.master.accepted_moves import AcceptedMove, AcceptedMoves, Request
 from rfms_can.master.force.requested import RequestedCompliance
 from rfms_can.master.force.specification import ForceRequest
 from rfms_can.master.trajectory.braking import Brake
@@ -19,6 +19,8 @@ from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.lag import LARGEST, Lag
 from rfms_can.master.trajectory.planning import MovePlanner, with_straight_wrist
+from rfms_can.master.trajectory.queue import MAX_QUEUE
+from rfms_can.master.waiting_moves import WaitingMoves
 from rfms_can.master.world import Limits, WorldModel
 from rfms_can.messages import (
     Answer,
@@ -30,6 +32,7 @@ from rfms_can.messages import (
     MoveRequest,
     PauseRequest,
     PositionMessage,
+    RemoveRequest,
     ResumeRequest,
     StopRequest,
     TransformMessage,
@@ -37,6 +40,7 @@ from rfms_can.messages import (
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.wire.vocabulary import Blend
 
+Definition = TransformMessage | PositionMessage | ModeMessage
 NOTED: Final = Answer()
 """The answer to what has no more to say."""
 Vet = Callable[[ForceRequest, Joints, bool], str | None]
@@ -51,6 +55,7 @@ class Motion:
         period_s: control period, s.
         blend: matching polynomial of transitions.
         vet: says why force control refuses the request of a move, or None.
+        replans: moves that a redefinition may plan again in one cycle, at most.
 
     Attributes:
         force_request: of the move in progress; None before the first.
@@ -60,7 +65,9 @@ class Motion:
         world: symbol tables.
     """
 
-    def __init__(self, arm: Arm, period_s: float, blend: Blend, vet: Vet) -> None:
+    def __init__(
+        self, arm: Arm, period_s: float, blend: Blend, vet: Vet, replans: int = MAX_QUEUE
+    ) -> None:
         self._arm = arm
         self._period = period_s
         self._vet = vet
@@ -70,6 +77,9 @@ class Motion:
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True), period_s)
         self._moves = AcceptedMoves()
+        self._waiting = WaitingMoves(
+            self.generator, self._planner, self._moves, self._refusal, replans
+        )
         self._requested = RequestedCompliance()
         self.force_request: ForceRequest | None = None
         self.stopped_short: str | None = None
@@ -77,9 +87,10 @@ class Motion:
         self._brake: Brake | None = None
         self._lag = Lag(arm, period_s)
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
-            TransformMessage: self._define_transform,
-            PositionMessage: self._define_position,
-            ModeMessage: self._define_mode,
+            TransformMessage: self._define,
+            PositionMessage: self._define,
+            ModeMessage: self._define,
+            RemoveRequest: self._remove,
             MoveRequest: self._move,
             StopRequest: self._stop,
             PauseRequest: self._pause,
@@ -125,23 +136,50 @@ class Motion:
             raise ProgramError(f"{type(message).__name__} is not a request for motion")
         return act(message) or NOTED
 
+    def _define(self, message: Definition) -> Answer:
+        """Define a name, and bind the moves that have not begun to what it stands for now."""
+        world = self.world
+        former = world.former(message)
+        _ENTER[type(message)](self, message)
+        try:
+            replanned = self._waiting.bind(world) if world.differs(former) else []
+        except (MoveError, KinematicsError) as error:
+            world.restore(former)
+            raise MoveError(
+                f"{former.what} {former.name!r} stays as it was, because an accepted move could "
+                f"not be made ({error}); define it otherwise, wait for that move, or stop"
+            ) from error
+        if former.what == "position":
+            world.note_levers(world.position(message.name), self.generator.tick_count)
+        return Answer(replanned=replanned)
+
     def _define_transform(self, message: TransformMessage) -> None:
         limits = self._limits(message.name)
         self.world.define_transform(message, self.generator.tick_count, limits)
 
-    def _define_position(self, message: PositionMessage) -> None:
-        self.world.define_position(message, self.generator.tick_count)
-
-    def _define_mode(self, message: ModeMessage) -> None:
-        self.world.define_mode(message)
+    def _remove(self, request: RemoveRequest) -> None:
+        """Remove a name that no position uses, and no move that is not over."""
+        former = self.world.entry_of(request)
+        what, name = former.what, former.name
+        user = self._moves.user(what, name, self.generator.sequence)
+        follows = what == "transform"  # a reference acts also where the arm rests
+        if user and (follows or not self.is_over(user)):
+            doing, until = (
+                ("follows it", "move elsewhere, or stop,")
+                if follows
+                else ("is to be made with it", "wait for it")
+            )
+            raise ProgramError(f"{what} {name!r}: move {user} {doing}: {until} before removing it")
+        self.world.remove(former)
 
     def _stop(self, _: StopRequest) -> None:
         """Come to rest on the path; goals that move by themselves come to rest as well."""
         self.generator.stop()
-        for name in self.world.names().transforms:
-            limits = self._limits(name)
-            if limits is not None:
-                self.world.halt_transform(name, self.generator.tick_count, limits)
+        generator = self.generator
+        active = self._moves.active(generator.sequence, len(generator.active_goals) - 1)
+        names = (name for move in active for name in move.position.references)
+        for name in dict.fromkeys(names):
+            self.world.halt_transform(name, generator.tick_count, self._limits(name))
 
     def _pause(self, _: PauseRequest) -> None:
         self.generator.pause()
@@ -153,34 +191,39 @@ class Motion:
         self.generator.set_feed(request.rate)
 
     def _move(self, request: MoveRequest) -> Answer:
-        position = self.world.position(request.position)
-        mode = self.world.mode(request.mode)
+        requested = self._requested
+        names = Request(request.position, request.mode, requested.selection, requested.bias)
         sequence, generator = self._sequence + 1, self.generator
         before, tick = generator.last_accepted, generator.tick_count
-        accepted = AcceptedMove.of(position, mode, self._requested, tick)
+        accepted = AcceptedMove.bound(names, self.world, tick)
         self._admit(sequence, accepted)
         try:
-            plan = self._planner.plan(before, position, mode, sequence, tick)
+            plan = self._planner.plan(before, accepted.position, accepted.mode, sequence, tick)
             generator.request(*plan.moves)
         except (MoveError, KinematicsError) as error:
-            raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error
+            raise MoveError(f"{accepted.words}: {error}") from error
         self._sequence = sequence
+        self.world.note_levers(accepted.position, tick)
         self._moves.add(sequence, accepted, generator.sequence)
         return Answer(sequence, plan.segment_time, plan.via_deviation, plan.via_rotation)
 
     def _admit(self, sequence: int, move: AcceptedMove) -> None:
         """Refuse a move behind a guarded one, or a force beyond the arm's torque."""
-        name = f"to {move.position.name!r} with {move.mode.name!r}: "
-        guarded, generator = self._moves.last_guarded, self.generator
+        guarded = self._moves.last_guarded
         if guarded and not self.is_over(guarded):
             raise MoveError(
-                f"{name}move {guarded} is guarded, so its end is not known in advance: "
+                f"{move.words}: move {guarded} is guarded, so its end is not known in advance: "
                 f"wait for it before asking for another"
             )
-        request = move.force_request(sequence, self._tick)
-        reason = self._vet(request, self.commanded.theta, generator.at_rest)
+        reason = self._refusal(sequence, move)
         if reason:
-            raise MoveError(name + reason)
+            raise MoveError(f"{move.words}: {reason}")
+
+    def _refusal(self, sequence: int, move: AcceptedMove) -> str | None:
+        """Why force control refuses a move that has not begun, or None."""
+        request = move.force_request(sequence, self._tick)
+        rests = self.generator.departs_from_rest(sequence)
+        return self._vet(request, self.commanded.theta, rests)
 
     def _tick(self) -> int:
         return self.generator.tick_count
@@ -307,3 +350,11 @@ class Motion:
     def at_rest(self) -> bool:
         """Whether nothing moves and nothing waits."""
         return self.generator.at_rest
+
+
+_ENTER: Final[dict[type[Definition], Callable[[Motion, Any], object]]] = {
+    TransformMessage: Motion._define_transform,
+    PositionMessage: lambda motion, message: motion.world.define_position(message),
+    ModeMessage: lambda motion, message: motion.world.define_mode(message),
+}
+"""What enters a definition into the world model."""

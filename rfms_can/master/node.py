@@ -107,7 +107,9 @@ class MasterNode(Endpoint):
         self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
         force_settings = ForceSettings(settings.law, settings.closed, settings.friction, gains)
         self.force_control = ForceControl(arm, force_settings, period_s)
-        self.motion = Motion(arm, period_s, settings.blend, self.force_control.refusal)
+        self.motion = Motion(
+            arm, period_s, settings.blend, self.force_control.refusal, settings.replans
+        )
         self.statistics = RunStatistics(period_s)
         self.stillness = Stillness(arm)
         self.requests = ProgramRequests(

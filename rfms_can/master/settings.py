@@ -6,6 +6,7 @@ from typing import Final
 from rfms_can.arm.calibration import Calibration
 from rfms_can.compliance import ControlLaw
 from rfms_can.dynamics.model import FULL
+from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.tables import complete
 from rfms_can.wire.configuration import Clock
 from rfms_can.wire.vocabulary import Blend
@@ -42,6 +43,13 @@ CLOCKS: Final = complete(
     },
     Clock,
 )
+
+
+PLAN_S: Final = 2.2e-3
+"""A move planned again, with others before and behind it: 0.6 to 2.2 ms on one core of 2026."""
+
+REPLAN_PERIODS: Final = 2.5
+"""Of real time, that a redefinition may take: nodes bring the arm to rest when three SYNCs fail."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +90,13 @@ class MasterSettings:
     def clock_definition(self) -> ClockDefinition:
         """What distinguishes its clock."""
         return CLOCKS[self.clock]
+
+    @property
+    def replans(self) -> int:
+        """Moves that a redefinition may plan again in one cycle, at most: ``Motion``."""
+        if not self.clock_definition.scheduled:
+            return MAX_QUEUE
+        return max(1, int(REPLAN_PERIODS * self.period_ns * 1e-9 / PLAN_S))
 
     @property
     def force_loop(self) -> str:

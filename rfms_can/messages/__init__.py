@@ -18,6 +18,7 @@ from rfms_can.messages.requests import (
     TareRequest,
 )
 from rfms_can.messages.session import (
+    NAMES_LISTED,
     Answer,
     AnyCondition,
     AnyRequest,
@@ -29,6 +30,7 @@ from rfms_can.messages.session import (
     JawAtRest,
     LeaseRequest,
     MoveOver,
+    PlannedMove,
     Query,
     Refusal,
     Reply,
@@ -36,10 +38,16 @@ from rfms_can.messages.session import (
     WaitRequest,
     WorldNames,
 )
-from rfms_can.messages.world import ModeMessage, PositionMessage, TransformMessage
+from rfms_can.messages.world import (
+    ModeMessage,
+    PositionMessage,
+    RemoveRequest,
+    TransformMessage,
+)
 
 __all__ = [
     "MAX_BYTES",
+    "NAMES_LISTED",
     "T6",
     "Answer",
     "AnyCondition",
@@ -63,9 +71,11 @@ __all__ = [
     "MoveOver",
     "MoveRequest",
     "PauseRequest",
+    "PlannedMove",
     "PositionMessage",
     "Query",
     "Refusal",
+    "RemoveRequest",
     "Reply",
     "ResumeRequest",
     "Rigid",

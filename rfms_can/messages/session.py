@@ -4,7 +4,7 @@ A coordinator numbers its requests from 1; the server processes each once, and a
 request with the stored answer. ``PROTOCOL`` of the link: docs/link.md.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 
@@ -21,7 +21,17 @@ from rfms_can.messages.requests import (
     StopRequest,
     TareRequest,
 )
-from rfms_can.messages.world import ModeMessage, PositionMessage, TransformMessage
+from rfms_can.messages.world import (
+    Kind,
+    ModeMessage,
+    PositionMessage,
+    RemoveRequest,
+    TransformMessage,
+    What,
+)
+
+NAMES_LISTED: Final = 1000
+"""Names of each kind in the answer to one query of the world model."""
 
 
 class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=True):
@@ -69,9 +79,15 @@ QueryKind = Literal["status", "world", "server"]
 
 
 class Query(Message, frozen=True, tag="QUERY"):
-    """Query status, names in the world model, or the server's numbers; needs no lease."""
+    """Query status, names in the world model, or the server's numbers; needs no lease.
+
+    Attributes:
+        what: is queried.
+        start: of the world model, the number of the first name of each kind, from 0.
+    """
 
     what: QueryKind = "status"
+    start: Annotated[int, msgspec.Meta(ge=0, le=1_000_000)] = 0
 
 
 class WaitRequest(Message, frozen=True, tag="WAIT"):
@@ -87,6 +103,7 @@ ArmRequest = (
     TransformMessage
     | PositionMessage
     | ModeMessage
+    | RemoveRequest
     | MoveRequest
     | StopRequest
     | PauseRequest
@@ -124,11 +141,32 @@ class EmergencyStop(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
 
 
 class WorldNames(msgspec.Struct, frozen=True):
-    """Contents of the world model: transforms by kind, positions, modes."""
+    """Contents of the world model, in the order of their definition: a page of 1000 names each.
 
-    transforms: dict[str, str]
+    Attributes:
+        transforms: by name, their kinds.
+        positions, modes: names.
+        sizes: how many there are of each, by ``transform``, ``position`` and ``mode``.
+    """
+
+    transforms: dict[str, Kind]
     positions: list[str]
     modes: list[str]
+    sizes: dict[What, int]
+
+
+class PlannedMove(msgspec.Struct, frozen=True, omit_defaults=True):
+    """An accepted move that was planned again, because of a redefinition.
+
+    Attributes:
+        sequence: its number.
+        segment_time, via_deviation, via_rotation: as in an answer.
+    """
+
+    sequence: int
+    segment_time: float
+    via_deviation: float | None = None
+    via_rotation: float | None = None
 
 
 class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -139,6 +177,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
         segment_time: t_seg of a move, s: as the mode gave it, lengthened or from its speeds.
         via_deviation, via_rotation: smallest distance of the tool from the goal before this one if
             the move begins without rest, m and rad; None if the arm rests between.
+        replanned: for a redefinition, the accepted moves that it changed.
         held: for a wait, the indices of the conditions that hold.
         world: for a query of the world model.
         server: for a query of the server's numbers.
@@ -148,6 +187,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
     segment_time: float | None = None
     via_deviation: float | None = None
     via_rotation: float | None = None
+    replanned: list[PlannedMove] = []
     held: list[int] = []
     world: WorldNames | None = None
     server: ServerNumbers | None = None

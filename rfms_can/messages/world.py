@@ -20,18 +20,22 @@ from rfms_can.messages.base import (
 from rfms_can.messages.functions import AnyFunction
 
 Kind = Literal["value", "reference", "functional"]
+What = Literal["transform", "position", "mode"]
 
 
 class TransformMessage(Message, frozen=True, tag="TRANSFORM"):
     """Define a transform, or redefine it; with a stamp, an observation of it.
 
+    A value or a function that is redefined acts in all moves that have not begun: those that use
+    it are planned again. If one of them could not be made, the redefinition is refused.
+
     Attributes:
         name: its name in the world model.
         rows: its value; of a functional transform the constant left of its function.
-        kind: ``value``: positions use its value at the time they are defined. ``reference``: read
-            in every cycle, so that a redefinition changes the current motion.
-            ``functional``: ``rows`` times ``function`` of the motion parameters. A transform
-            keeps its kind.
+        kind: ``value``: a move uses its value at the time it begins. ``reference``: read in every
+            cycle, so that a redefinition changes the current motion. ``functional``: ``rows``
+            times ``function`` of the motion parameters, as it is defined when a move begins. A
+            transform keeps its kind until it is removed.
         function: of a functional transform.
         predict: of a reference: ``hold`` until the next observation, or extrapolate by the
             ``velocity`` of the last ones.
@@ -50,7 +54,9 @@ class TransformMessage(Message, frozen=True, tag="TRANSFORM"):
 
 
 class PositionMessage(Message, frozen=True, tag="POSITION"):
-    """Define a position by an equation of transforms that contains T6 exactly once.
+    """Define a position, or redefine it, by an equation that contains T6 exactly once.
+
+    A redefinition acts in all moves that have not begun, as that of a value transform does.
 
     Attributes:
         name: its name in the world model.
@@ -70,7 +76,9 @@ class PositionMessage(Message, frozen=True, tag="POSITION"):
 
 
 class ModeMessage(Message, frozen=True, tag="MODE"):
-    """Define the motion parameters of a segment.
+    """Define the motion parameters of a segment, or redefine them.
+
+    A redefinition acts in all moves that have not begun, as that of a value transform does.
 
     The time of a segment is given, or follows from the speeds: the longest of the resulting
     times.
@@ -118,3 +126,15 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
     stop_on_distance: Directions | None = None
     mass: Mass | None = None
     mass_centre: Vector3 | None = None
+
+
+class RemoveRequest(Message, frozen=True, tag="REMOVE"):
+    """Remove a name from the world model; refused while a position or a move uses it.
+
+    Attributes:
+        name: of a transform, a position or a mode.
+        what: which of these; None if the name is that of one of them only.
+    """
+
+    name: Name
+    what: What | None = None

@@ -12,6 +12,7 @@
 ``scene``              an arm in a scene, without a bus
 ``trajectory``         the trajectory generator and six joints, without a bus
 ``planning``           the same with a planner before it
+``motion``             a program's definitions and moves, without a bus or joints
 ``identification``     what perfect experiments on a plant record, and find out
 ``golden``             reads ``tests/golden``, and compares with it
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it

@@ -219,7 +219,7 @@ class Server:
         """Process a request that is answered at once; raises ``RfmsError`` to refuse it."""
         master = self._master
         if isinstance(request, Query):
-            return _ANSWERS[request.what](self)
+            return _ANSWERS[request.what](self, request)
         self._check_running()
         if isinstance(request, LeaseRequest):
             self._control.handle(word, request, now_ns)
@@ -230,8 +230,8 @@ class Server:
             self._latency.taken(now_ns)
         return answer
 
-    def _names(self) -> Answer:
-        return Answer(world=self._master.motion.world.names())
+    def _names(self, query: Query) -> Answer:
+        return Answer(world=self._master.motion.world.names(query.start))
 
     def _look(self, now_ns: int) -> None:
         word = self._control.look(now_ns)
@@ -252,11 +252,11 @@ class Server:
             raise failure
 
 
-_ANSWERS: Final[dict[QueryKind, Callable[[Server], Answer]]] = complete(
+_ANSWERS: Final[dict[QueryKind, Callable[[Server, Query], Answer]]] = complete(
     {
-        "status": lambda _: Answer(),  # each reply tells it
+        "status": lambda *_: Answer(),  # each reply tells it
         "world": Server._names,
-        "server": lambda server: Answer(server=server.numbers()),
+        "server": lambda server, _: Answer(server=server.numbers()),
     },
     get_args(QueryKind),
 )

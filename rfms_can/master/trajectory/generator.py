@@ -11,6 +11,7 @@ nearer to the goal than its matching polynomial needs, and beyond a seventh of t
 a move later than that starts from rest.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
 from rfms_can.errors import MoveError
@@ -99,6 +100,41 @@ class TrajectoryGenerator:
             name = f"move {parts[0].sequence}" if parts else "a move"
             raise MoveError(f"{name}: the trajectory generator is {doing}: enable it first")
         self._queue.take(parts, self.last_accepted, self.tick_count, self._pace.rate)
+
+    def replace(self, moves: Mapping[int, tuple[Move, ...]]) -> None:
+        """Other parts of moves that have not begun; their numbers, and their order, stay.
+
+        Args:
+            moves: parts by number; of ``not_begun``, without a gap.
+
+        Raises:
+            MoveError: one breaks a rule; the message names numbers and remedy. Nothing changes.
+        """
+        before = self.before(min(moves))
+        self._queue.replace(moves, before, self.tick_count, self._pace.rate)
+
+    def before(self, sequence: int) -> Segment:
+        """What a move that has not begun is to follow, as ``last_accepted`` was for it."""
+        earlier = [move for move in self._queue if move.sequence < sequence]
+        if earlier:
+            return Segment(earlier[-1])
+        return self._run.segment if self._run.next is None else self._run.next
+
+    def departs_from_rest(self, sequence: int) -> bool:
+        """Whether nothing lies between the rest the arm is in and a move that has not begun."""
+        first = not self._queue or self._queue[0].sequence >= sequence
+        return self.stage is Stage.IDLE and self._run.next is None and first
+
+    @property
+    def not_begun(self) -> dict[int, tuple[Move, ...]]:
+        """The parts, by number, of the moves that wait: neither under way nor settled."""
+        run = self._run
+        begun = (run.next or run.segment).move.sequence
+        waiting: dict[int, tuple[Move, ...]] = {}
+        for move in self._queue:
+            if move.sequence > begun:
+                waiting[move.sequence] = (*waiting.get(move.sequence, ()), move)
+        return waiting
 
     def pause(self) -> None:
         """Slow down on the path to a standstill, and stay until ``resume``.

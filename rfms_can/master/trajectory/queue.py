@@ -1,6 +1,7 @@
 """The queue of moves, and what a move must satisfy to be taken into it."""
 
 from collections import deque
+from collections.abc import Mapping
 from typing import Final
 
 from rfms_can.errors import MoveError
@@ -52,6 +53,37 @@ class MoveQueue(deque[Move]):
             before = Segment(part)
         self.extend(parts)
         self._last_sequence = sequence
+
+    def replace(
+        self, moves: Mapping[int, tuple[Move, ...]], before: Segment, tick: int, feed_rate: float
+    ) -> None:
+        """Put other parts in the place of those of moves that wait, all or none.
+
+        Args:
+            moves: the parts by the number of their move; these follow one another.
+            before: what the first of them is to follow.
+            tick: of the generator.
+            feed_rate: requested.
+
+        Raises:
+            MoveError: a part breaks a rule; the message names numbers and remedy.
+        """
+        queue: list[Move] = []
+        left = dict(moves)
+        for old in self:
+            if old.sequence not in moves:
+                queue.append(old)
+            for part in left.pop(old.sequence, ()):
+                self._check(before, part, tick, feed_rate)
+                queue.append(part)
+                before = Segment(part)
+        if len(queue) > MAX_QUEUE:
+            raise MoveError(
+                f"move {max(moves)}: {len(queue)} moves would wait and {MAX_QUEUE} may: "
+                f"wait until one is complete"
+            )
+        self.clear()
+        self.extend(queue)
 
     def _check(self, before: Segment, move: Move, tick: int, feed_rate: float) -> None:
         check_times(move, self._period)

@@ -37,7 +37,7 @@ class Limits(NamedTuple):
     angular_acceleration: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class MotionMode:
     """How a segment is moved.
 

@@ -1,14 +1,20 @@
 """Positions: equations solved for T6, and the goals that moves to them have."""
 
 import math
+from collections.abc import Mapping
 from typing import Final
+from weakref import ReferenceType, ref
 
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.master.world.reference import Reference
-from rfms_can.master.world.ring import Chain, Link, Links, Ring
-from rfms_can.master.world.transform_kinds import Functional, FunctionalSymbol
+from rfms_can.master.world.ring import Chain, Ring
+from rfms_can.master.world.transform_kinds import Live
+from rfms_can.messages import T6, PositionMessage
 from rfms_can.transform import Transform
+
+_NOWHERE: Final = Moment(0)
+"""Where a goal that never moves is evaluated."""
 
 
 class RingGoal:
@@ -42,43 +48,54 @@ class RingGoal:
 
 
 class Position:
-    """A solved position equation.
+    """A position equation solved with the transforms of one moment; it never changes.
+
+    References in it are followed; values and functions are those it was bound to, whatever is
+    defined later.
 
     Attributes:
         name: as defined.
         configuration: branch of the inverse solution.
+        goal: T6 = L D R.
+        references: the names of the references in it.
     """
 
-    __slots__ = ("_comply", "_functions", "_goal", "_rides", "_ring", "configuration", "name")
+    __slots__ = (
+        *("__weakref__", "_comply", "_rides", "_ring"),
+        *("configuration", "goal", "name", "references"),
+    )
 
     def __init__(self, name: str, ring: Ring, configuration: Configuration) -> None:
         self.name: Final = name
         self.configuration: Final = configuration
         self._ring: Final = ring
         self._rides: Final = ring.comply <= ring.drive
-        self._functions: list[Functional] = []
-        self._solve()
-
-    @property
-    def goal(self) -> Goal:
-        """T6 = L D R, for a move that is requested now.
-
-        It follows its references; its functional transforms stay what they are now, whatever is
-        defined later. So a function that is redefined changes the moves requested from then on,
-        and never the curve of one that is promised.
-        """
-        if self._current() != self._functions:
-            self._solve()
-        return self._goal
-
-    @property
-    def references(self) -> tuple[str, ...]:
-        """Names of the references in the equation."""
-        return tuple(link.name for link in self._ring.links if isinstance(link.source, Reference))
+        self.references: Final = tuple(
+            dict.fromkeys(link.name for link in ring.links if isinstance(link.source, Reference))
+        )
+        left, right = Chain(ring.left), Chain(ring.right)
+        links = ring.forwards(ring.comply) if self._rides else ring.backwards(ring.comply)
+        self._comply: Final = Chain(links)
+        self.goal: Final[Goal] = (
+            FixedGoal(left.at(_NOWHERE), right.at(_NOWHERE).inverse())
+            if left.constant and right.constant
+            else RingGoal(left, right)
+        )
 
     def uses(self, transform: str) -> bool:
         """Whether a transform stands in the equation."""
         return any(link.name == transform for link in self._ring.links)
+
+    def is_bound_to(self, table: Mapping[str, Transform | Live]) -> bool:
+        """Whether its transforms are those of a table."""
+        return all(link.source is table[link.name] for link in self._ring.links)
+
+    def is_same(self, other: "Position") -> bool:
+        """Whether both are of one equation, and bound to the same transforms."""
+        mine, its = self._ring, other._ring
+        return (mine.drive, mine.comply, self.configuration) == (
+            *(its.drive, its.comply, other.configuration),
+        ) and mine.links == its.links
 
     def compliance_frame(self, moment: Moment, T6: Transform) -> Transform:
         """The frame the arm complies in, seen from T6.
@@ -90,8 +107,6 @@ class Position:
             moment: when.
             T6: where the arm is.
         """
-        if self._current() != self._functions:
-            self._solve()
         frame = self._comply.at(moment)
         return frame if self._rides else T6.inverse() @ frame
 
@@ -109,32 +124,45 @@ class Position:
             for k, link in enumerate(links):
                 if isinstance(link.source, Reference):
                     # the rotation of a correction acts at the right of the transform
-                    beyond = Chain(self._bound(links[k if link.inverted else k + 1 :])).at(moment)
+                    beyond = Chain(links[k if link.inverted else k + 1 :]).at(moment)
                     arm = math.hypot(beyond.px, beyond.py, beyond.pz)
                     levers[link.name] = max(arm, levers.get(link.name, 0.0))
         return levers
 
-    def _solve(self) -> None:
-        ring = self._ring
-        self._functions = self._current()
-        left, right = Chain(self._bound(ring.left)), Chain(self._bound(ring.right))
-        links = ring.forwards(ring.comply) if self._rides else ring.backwards(ring.comply)
-        self._comply = Chain(self._bound(links))
-        self._goal: Goal = RingGoal(left, right)
-        if left.constant and right.constant:
-            nowhere = Moment(0)
-            self._goal = FixedGoal(left.at(nowhere), right.at(nowhere).inverse())
 
-    def _current(self) -> list[Functional]:
-        sources = (link.source for link in self._ring.links)
-        return [source.current for source in sources if isinstance(source, FunctionalSymbol)]
+class PositionEquation:
+    """What the name of a position stands for: an equation between names of transforms.
 
-    def _bound(self, links: Links) -> Links:
-        """The links with functional transforms as they are now."""
-        return tuple(_bound(link) for link in links)
+    It is solved when it is needed, and the solution is kept by what needs it: tables may be large.
 
+    Attributes:
+        message: as defined.
+        configuration: branch of the inverse solution.
+        transforms: their names.
+    """
 
-def _bound(link: Link) -> Link:
-    if isinstance(link.source, FunctionalSymbol):
-        return link._replace(source=link.source.current)
-    return link
+    __slots__ = ("_bound", "configuration", "message", "transforms")
+
+    def __init__(self, message: PositionMessage, configuration: Configuration) -> None:
+        self.message: Final = message
+        self.configuration: Final = configuration
+        names = dict.fromkeys((*message.left, *message.right))
+        self.transforms: Final = tuple(name for name in names if name != T6)
+        self._bound: ReferenceType[Position] | None = None
+
+    def bind(self, table: Mapping[str, Transform | Live]) -> Position:
+        """The equation solved with what its names stand for now; the same while that does not
+        change.
+
+        Args:
+            table: the transforms by name; those of the equation are in it.
+
+        Raises:
+            EquationError: T6 does not stand in it once, or tool or compliance frame do not fit.
+        """
+        bound = None if self._bound is None else self._bound()
+        if bound is None or not bound.is_bound_to(table):
+            sources = {name: table[name] for name in self.transforms}
+            bound = Position(self.message.name, Ring(self.message, sources), self.configuration)
+            self._bound = ref(bound)
+        return bound

@@ -1,19 +1,24 @@
 """Symbol tables (thesis VI.4.3): bounded, and with errors that list what there is."""
 
+from itertools import islice
 from typing import Final, Generic, TypeVar
 
 from rfms_can.errors import ProgramError
 
 Entry = TypeVar("Entry")
 
-MAX_TRANSFORMS: Final = 1024
-"""Transforms a program may name. Every client that may move the arm may fill the tables, and they
-are only emptied with the server: a program that names more is not naming but counting."""
+MAX_TRANSFORMS: Final = 2**17
+"""Transforms a program may name at a time: more than the picks of a day, at one every second. Every
+client that may move the arm may fill the tables: these three take 0.2 GB when they are full."""
 
-MAX_POSITIONS: Final = 1024
-"""Positions; a pallet of 30 by 30 fits."""
+MAX_LIVE: Final = 1024
+"""References among them, and likewise functions: a table of 512 rows takes some 0.5 MB, and the
+references that move on by themselves are looked at in every cycle."""
 
-MAX_MODES: Final = 256
+MAX_POSITIONS: Final = 2**17
+"""Positions."""
+
+MAX_MODES: Final = 2**13
 """Modes."""
 
 LISTED: Final = 20
@@ -40,8 +45,14 @@ class SymbolTable(dict[str, Entry], Generic[Entry]):
         if len(self) >= self._size:
             raise self._error(
                 f"{self._kind} {name!r} is one too many: {self._size} are defined, and no more may "
-                f"be; use the names there are"
+                f"be; define one of them again, or remove what nothing uses"
             )
+
+    def known(self, name: str) -> Entry:
+        """An entry by name; the error of this table lists those that exist."""
+        if name not in self:
+            raise self._error(f"{self._kind} {name!r} is not defined; {self.listing()}")
+        return self[name]
 
     def look_up(self, name: str) -> Entry:
         """An entry by name; ``ProgramError`` lists those that exist."""
@@ -51,7 +62,6 @@ class SymbolTable(dict[str, Entry], Generic[Entry]):
 
     def listing(self) -> str:
         """What there is, for an error."""
-        names = list(self)
-        known = ", ".join(names[:LISTED]) or "none"
-        more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+        known = ", ".join(islice(self, LISTED)) or "none"
+        more = f" and {len(self) - LISTED} more" if len(self) > LISTED else ""
         return f"there are: {known}{more}"

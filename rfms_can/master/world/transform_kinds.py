@@ -1,16 +1,21 @@
 """Transforms by kind, as the thesis' TRSF has them: a value, its inverse, and whether it is valid.
 
-A value is a plain :class:`Transform`, taken into positions when these are defined. What may differ
-from one moment to the next is a :class:`Live` one. It hands out the same object for as long as its
-value stays: who keeps a product or an inverse knows by that whether it is still valid.
+A value is a plain :class:`Transform`, multiplied with its neighbours when a position is bound. What
+may differ from one moment to the next is a :class:`Live` one. It hands out the same object for as
+long as its value stays: who keeps a product or an inverse knows by that whether it is still valid.
 """
 
 from typing import Final, Protocol
 
+import msgspec
+
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world.functions import Evaluator
-from rfms_can.messages.functions import Parameter
+from rfms_can.messages import AnyFunction
 from rfms_can.transform import Transform
+
+_encode: Final = msgspec.msgpack.Encoder().encode
+"""A function as it was sent: a tenth of the memory it takes as an object."""
 
 
 class Live(Protocol):
@@ -43,48 +48,32 @@ class Functional:
 
     Args:
         rows: what stands left of the function.
-        function: of the parameter.
-        parameter: which one.
+        function: as it was sent.
+        evaluator: of it.
     """
 
-    __slots__ = ("_function", "_inverse", "_of_time", "_rows", "_u", "_value")
+    __slots__ = ("_evaluator", "_function", "_inverse", "_of_time", "_rows", "_u", "_value")
 
-    def __init__(self, rows: Transform, function: Evaluator, parameter: Parameter) -> None:
+    def __init__(self, rows: Transform, function: AnyFunction, evaluator: Evaluator) -> None:
         self._rows: Final = rows
-        self._function: Final = function
-        self._of_time: Final = parameter == "t"
+        self._function: Final = _encode(function)
+        self._evaluator: Final = evaluator
+        self._of_time: Final = function.parameter == "t"
         self._inverse: Final = Inverse()
         self._u = 0.0
-        self._value = rows @ function(0.0)
+        self._value = rows @ evaluator(0.0)
+
+    def is_of(self, rows: Transform, function: AnyFunction) -> bool:
+        """Whether it is defined by these."""
+        return self._rows == rows and self._function == _encode(function)
 
     def at(self, moment: Moment) -> Transform:
         """Its value at the motion parameters."""
         u = moment.t if self._of_time else moment.h
         if u != self._u:
-            self._u, self._value = u, self._rows @ self._function(u)
+            self._u, self._value = u, self._rows @ self._evaluator(u)
         return self._value
 
     def inverse_at(self, moment: Moment) -> Transform:
         """The inverse of its value."""
         return self._inverse.of(self.at(moment))
-
-
-class FunctionalSymbol:
-    """What the name of a functional transform stands for: the one defined last.
-
-    Attributes:
-        current: that one.
-    """
-
-    __slots__ = ("current",)
-
-    def __init__(self, current: Functional) -> None:
-        self.current = current
-
-    def at(self, moment: Moment) -> Transform:
-        """Its value at the motion parameters."""
-        return self.current.at(moment)
-
-    def inverse_at(self, moment: Moment) -> Transform:
-        """The inverse of its value."""
-        return self.current.inverse_at(moment)

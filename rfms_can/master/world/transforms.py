@@ -1,6 +1,7 @@
 """The symbol table of transforms: definitions, redefinitions, observations."""
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from typing import Final, NamedTuple, get_args
 
@@ -17,8 +18,8 @@ from rfms_can.master.world.numbers import (
 )
 from rfms_can.master.world.observed import Observation, rotation_vector
 from rfms_can.master.world.reference import Reference
-from rfms_can.master.world.tables import MAX_TRANSFORMS, SymbolTable
-from rfms_can.master.world.transform_kinds import Functional, FunctionalSymbol, Live
+from rfms_can.master.world.tables import MAX_LIVE, MAX_TRANSFORMS, SymbolTable
+from rfms_can.master.world.transform_kinds import Functional, Live
 from rfms_can.messages import T6, TransformMessage
 from rfms_can.messages.world import Kind
 from rfms_can.tables import complete
@@ -40,7 +41,8 @@ class Transforms:
         self.table: Final = SymbolTable[Transform | Live](
             "transform", MAX_TRANSFORMS, TransformError
         )
-        self.kinds: Final[dict[str, str]] = {}
+        self.kinds: Final[dict[str, Kind]] = {}
+        self._counts: Final[Counter[Kind]] = Counter()
         self._lasting: Final = round(OLDEST_S / period_s)
         self._carried: Final[dict[str, int]] = {}
 
@@ -53,7 +55,15 @@ class Transforms:
         rows = Transform(*message.rows)
         self._check(message, rows)
         _KINDS[message.kind].enter(self, message, rows, tick, limits)
-        self.kinds[message.name] = message.kind
+        if message.name not in self.kinds:
+            self.kinds[message.name] = message.kind
+            self._counts[message.kind] += 1
+
+    def remove(self, name: str) -> None:
+        """Forget a transform; the caller has seen that nothing uses it."""
+        del self.table[name]
+        self._carried.pop(name, None)
+        self._counts[self.kinds.pop(name)] -= 1
 
     def unseen(self, tick: int) -> list[str]:
         """References that move on by a velocity that was not confirmed for ``OLDEST_S``."""
@@ -99,19 +109,18 @@ class Transforms:
     def _set(
         self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
     ) -> None:
-        self.table[message.name] = rows
+        if self.table.get(message.name) != rows:  # the same value stays the same object
+            self.table[message.name] = rows
 
     def _set_function(
         self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
     ) -> None:
         assert message.function is not None  # or the message would have been refused
-        function = evaluator(message.name, message.function)
-        functional = Functional(rows, function, message.function.parameter)
         known = self.table.get(message.name)
-        if isinstance(known, FunctionalSymbol):
-            known.current = functional
-        else:
-            self.table[message.name] = FunctionalSymbol(functional)
+        if isinstance(known, Functional) and known.is_of(rows, message.function):
+            return
+        function = evaluator(message.name, message.function)
+        self.table[message.name] = Functional(rows, message.function, function)
 
     def _observe(
         self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
@@ -144,11 +153,11 @@ class Transforms:
         check_rigid(name, rows)
         known = self.kinds.get(name)
         if known is None:
-            self.table.check_room(name)
+            self._check_room(name, kind)
         elif known != kind:
             raise TransformError(
                 f"transform {name!r} is of kind {known} and stays so, {kind} was requested; "
-                f"use another name"
+                f"use another name, or remove this one first"
             )
         if (message.function is not None) != definition.has_function:
             has = "no function" if message.function is None else "a function"
@@ -161,6 +170,15 @@ class Transforms:
             raise TransformError(
                 f"transform {name!r}: of kind {kind} with a twist, a stamp or a prediction; only "
                 f"a reference is observed"
+            )
+
+    def _check_room(self, name: str, kind: Kind) -> None:
+        """Raise unless one more of a kind may be entered."""
+        self.table.check_room(name)
+        if kind != "value" and self._counts[kind] >= MAX_LIVE:
+            raise TransformError(
+                f"transform {name!r} is one too many: {MAX_LIVE} of kind {kind} are defined, and "
+                f"no more may be; define one of them again, or remove what nothing uses"
             )
 
 

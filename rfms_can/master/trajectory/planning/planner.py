@@ -1,11 +1,12 @@
 """The planner: what a request to move becomes, or why it is refused."""
 
+import math
 from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
 from rfms_can.errors import KinematicsError, MoveError
-from rfms_can.kinematics import Configuration, InverseKinematics, Joints
+from rfms_can.kinematics import WRIST_BOUND, Configuration, InverseKinematics, Joints
 from rfms_can.master.trajectory.admission import (
     MAX_ROTATION,
     check_configuration,
@@ -81,6 +82,16 @@ class _Planned(NamedTuple):
     theta_BC: Joints
     goal: Joints
 
+    def departs_as(self, other: "_Planned") -> bool:
+        """Whether both are the same to the digit."""
+        mine, its = self.drive, other.drive
+        drives = (None if each is None else (each.p, each.axis, each.psi) for each in (mine, its))
+        return (self.theta_BC, self.goal) == (other.theta_BC, other.goal) and len({*drives}) == 1
+
+
+Memory = dict[int, _Planned]
+"""What is remembered of moves, by number."""
+
 
 THETA4_ROUNDING: Final = 1e-6
 """Rad theta4 may be off where a Cartesian transition leaves a straight wrist."""
@@ -106,6 +117,21 @@ class MovePlanner:
     def reset(self, q: Joints) -> None:
         """The arm rests at the angles ``q``, rad, before the first move or after a stop."""
         self._remember(0, _Planned(None, _ZERO, q))
+
+    @property
+    def memory(self) -> "Memory":
+        """What is remembered of the moves planned so far, to ``recall`` it."""
+        return dict(self._planned)
+
+    def recall(self, memory: "Memory") -> None:
+        """Remember what was remembered, and nothing that was planned since."""
+        self._planned.clear()
+        self._planned.update(memory)
+
+    def as_in(self, memory: "Memory", sequence: int) -> bool:
+        """Whether what follows a move cannot tell its plan from the one in ``memory``."""
+        before, now = memory.get(sequence), self._planned[sequence]
+        return before is not None and before.departs_as(now)
 
     def plan(
         self,
@@ -267,7 +293,9 @@ def _check_theta4(base: Base, sequence: int) -> None:
         MoveError: it does not; the joints would have to turn while the hand stands still.
     """
     stands, needed = base.start[3], base.begins[3]
-    if abs(needed - stands) > THETA4_ROUNDING:
+    straight = abs(math.sin(base.start[4])) < WRIST_BOUND
+    fixed = base.segment.move.target.constant
+    if fixed and straight and abs(needed - stands) > THETA4_ROUNDING:
         raise MoveError(
             f"move {sequence}: the path leaves a straight wrist with theta4 = {needed:.6g} rad, "
             f"and the arm holds it at {stands:.6g} rad: a Cartesian transition cannot turn it"
