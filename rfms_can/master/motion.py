@@ -17,7 +17,7 @@ from rfms_can.master.force.specification import ForceRequest
 from rfms_can.master.trajectory.braking import Brake
 from rfms_can.master.trajectory.commanded import CommandedTrajectory
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.lag import LARGEST, Lag
+from rfms_can.master.trajectory.lag import KEPT, LARGEST, Lag
 from rfms_can.master.trajectory.planning import MovePlanner, with_straight_wrist
 from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.master.waiting_moves import WaitingMoves
@@ -311,7 +311,8 @@ class Motion:
         commanded, generator = self.commanded, self.generator
         self.stopped_short = f"stopped short: {refusal}{self._blame()}"
         generator.brake()
-        brake = Brake(self._arm, commanded.theta, commanded.steps, commanded.bend_limits)
+        limits = [KEPT * limit for limit in commanded.bend_limits]
+        brake = Brake(self._arm, commanded.theta, commanded.steps, limits)
         self._brake = brake
         return self._slow_down(brake)
 

@@ -57,7 +57,8 @@ class Brake:
         for k, slower in enumerate(self._slower):
             step = steps[k]
             steps[k] = math.copysign(max(0.0, abs(step) - slower), step)
-            theta[k] += steps[k]
+            lower, upper = self._arm.joint_limits[k]
+            theta[k] = min(max(theta[k] + steps[k], lower), upper)
         self.over = not any(abs(step) > STANDS for step in steps)
         q1, q2, q3, q4, q5, q6 = theta
         return (q1, q2, q3, q4, q5, q6)
@@ -87,6 +88,6 @@ def _deceleration(
     """Of one joint, rad a cycle squared: to rest in ``cycles``, or in its range if that is less."""
     room = max(0.0, bounds[1] - angle if step > 0.0 else angle - bounds[0])
     slower = abs(step) / cycles
-    if abs(step) * (cycles + 1.0) / 2.0 > room:
-        slower = limit if room <= abs(step) else step * step / (2.0 * room)
+    if abs(step) * (cycles - 1.0) / 2.0 > room:
+        slower = step * step / (2.0 * room + abs(step))
     return min(limit, max(slower, STANDS))

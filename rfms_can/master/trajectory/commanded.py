@@ -28,6 +28,12 @@ NEAR_SHOULDER: Final = 0.1
 """The same for the wrist centre's distance from the joint-1 axis, as a part of a2."""
 
 
+NEAR_HALF_TURN: Final = math.pi - 1e-3
+"""A solution that is so far from where it was, rad, might as well be on another turn."""
+NEAR_END: Final = 1e-4
+"""The same of one so near to an end of its range: past it, its turn would be another one."""
+
+
 class LimitedArm(Geometry, Protocol):
     """The geometry of an arm, and how fast its joints may run and accelerate."""
 
@@ -66,7 +72,8 @@ class CommandedTrajectory:
     Attributes:
         bend_limits: acceleration limit of each joint, rad a cycle squared.
         told: the angles of T6_1 and T6_2, rad, where the joints are told them: near a singularity,
-            where float32 and a pose alone do not say enough. None elsewhere.
+            a half turn, or an end of a range, where a pose of float32 does not say enough. None
+            elsewhere.
     """
 
     def __init__(self, arm: LimitedArm, period_s: float) -> None:
@@ -149,44 +156,48 @@ class CommandedTrajectory:
             AssertionError: the trajectory generator is at fault: no joint would take its state.
         """
         joints = self._joints
+        turns_1 = [joint.turn_1(setpoint) for joint in joints]
         try:
-            first = self._solve(
-                setpoint.T6_1,
-                setpoint.configuration_1,
-                [joint.turn_1(setpoint) for joint in joints],
-                setpoint.theta4_1,
+            first = second = self._solve(
+                setpoint.T6_1, setpoint.configuration_1, turns_1, setpoint.theta4_1
             )
-            second = first
+            in_doubt = self._is_in_doubt(first, turns_1)
             if setpoint.T6_2 is not None:
-                turns = [joint.turn_2 for joint in joints]
+                turns_2 = [joint.turn_2 for joint in joints]
                 second = self._solve(
-                    setpoint.T6_2, setpoint.configuration_2, turns, setpoint.theta4_2
+                    setpoint.T6_2, setpoint.configuration_2, turns_2, setpoint.theta4_2
                 )
+                in_doubt = in_doubt or self._is_in_doubt(second, turns_2)
         except KinematicsError as error:
             return str(error)
-        near = self._is_near_singular(first) or self._is_near_singular(second)
-        self.told = Told(first, second) if near else None
+        self.told = Told(first, second) if in_doubt else None
         marks = self._marks
         for index, (lower, upper, most, most_bend, per_speed2) in enumerate(self._bounds):
             joint = joints[index]
             mark = marks[index] = joint.mark()
             theta = joint.advance(setpoint, first[index], second[index])
             step = theta - mark.theta
-            rest = theta + step * abs(step) * per_speed2
+            rest = theta + step * (abs(step) * per_speed2 - 0.5)
             if not (
                 lower <= theta <= upper
                 and -most <= step <= most
                 and -most_bend <= step - mark.step <= most_bend
-                and lower <= rest + abs(step)
-                and rest - abs(step) <= upper
+                and lower <= rest <= upper
             ):
                 for taken in range(index + 1):
                     joints[taken].return_to(marks[taken])
                 return self._refusal(index + 1, theta, mark, setpoint)
         return None
 
-    def _is_near_singular(self, q: Joints) -> bool:
-        """Whether the joints are to be told the angles ``q``, rad."""
+    def _is_in_doubt(self, q: Joints, turns: Sequence[float]) -> bool:
+        """Whether the joints are to be told the angles ``q``, on the turns nearest to ``turns``,
+        rad: what they know is a pose of float32."""
+        for angle, turn, (lower, upper, *_) in zip(q, turns, self._bounds, strict=True):
+            if not (
+                -NEAR_HALF_TURN < angle - turn < NEAR_HALF_TURN
+                and lower + NEAR_END < angle < upper - NEAR_END
+            ):
+                return True
         elbow, shoulder, wrist = singularity_margins(self.arm, q)
         return (
             -NEAR_WRIST < wrist < NEAR_WRIST
