@@ -113,7 +113,7 @@ class Motion:
         q = with_straight_wrist((q1, q2, q3, q4, q5, q6))
         configuration = configuration_of(arm, q)
         self.world.configuration = configuration
-        self.generator.enable(direct(arm, q), configuration)
+        self.generator.enable(direct(arm, q), configuration, q)
         self.commanded.reset(q)
         self._planner.reset(self.commanded.theta)
         self._moves.clear()

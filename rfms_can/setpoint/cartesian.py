@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rfms_can.kinematics import Configuration
+from rfms_can.kinematics import Configuration, Joints
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
@@ -27,8 +27,9 @@ class CartesianSetpoint(NamedTuple):
         n: local time in periods, -n_acc to n_seg: whole at full speed.
         h: the segment parameter (3.15, 3.16).
         sequence: sequence number of the current move, 0 before the first.
-        theta4_1, theta4_2: theta4, rad, where ``T6_1`` or ``T6_2`` leaves it open because the wrist
-            is straight there; None where it stays as it was. Joints are told all angles there.
+        near_1, near_2: joint angles, rad, on whose turns the solution of ``T6_1`` or ``T6_2`` is;
+            theta4 is theirs where a straight wrist leaves it open. None where they continue those
+            of the cycle before. Joints that could not know are told the solution.
     """
 
     state: TrajectoryState
@@ -44,5 +45,5 @@ class CartesianSetpoint(NamedTuple):
     n: float = 0
     h: float = 0.0
     sequence: int = 0
-    theta4_1: float | None = None
-    theta4_2: float | None = None
+    near_1: Joints | None = None
+    near_2: Joints | None = None

@@ -78,7 +78,7 @@ class Brake:
             None,
             configuration,
             sequence=sequence,
-            theta4_1=theta[3],
+            near_1=theta,
         )
 
 

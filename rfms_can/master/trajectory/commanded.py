@@ -5,9 +5,16 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple, Protocol
 
 from rfms_can.errors import KinematicsError
-from rfms_can.kinematics import Geometry, InverseKinematics, Joints, singularity_margins
+from rfms_can.kinematics import (
+    Configuration,
+    Geometry,
+    InverseKinematics,
+    Joints,
+    singularity_margins,
+)
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.setpoint.joint import Mark
+from rfms_can.transform import Transform
 
 ESTIMATED: Final = 1.05
 """How much faster than its limit a set-point may be. Plans keep the limits; but the joints estimate
@@ -158,14 +165,14 @@ class CommandedTrajectory:
         joints = self._joints
         turns_1 = [joint.turn_1(setpoint) for joint in joints]
         try:
-            first = second = self._solve(
-                setpoint.T6_1, setpoint.configuration_1, turns_1, setpoint.theta4_1
+            first = second = self._angles(
+                setpoint.T6_1, setpoint.configuration_1, turns_1, setpoint.near_1
             )
             in_doubt = self._is_in_doubt(first, turns_1)
             if setpoint.T6_2 is not None:
                 turns_2 = [joint.turn_2 for joint in joints]
-                second = self._solve(
-                    setpoint.T6_2, setpoint.configuration_2, turns_2, setpoint.theta4_2
+                second = self._angles(
+                    setpoint.T6_2, setpoint.configuration_2, turns_2, setpoint.near_2
                 )
                 in_doubt = in_doubt or self._is_in_doubt(second, turns_2)
         except KinematicsError as error:
@@ -188,6 +195,18 @@ class CommandedTrajectory:
                     joints[taken].return_to(marks[taken])
                 return self._refusal(index + 1, theta, mark, setpoint)
         return None
+
+    def _angles(
+        self,
+        pose: Transform,
+        configuration: Configuration,
+        turns: Sequence[float],
+        near: Joints | None,
+    ) -> Joints:
+        """The solution near given angles, or where none are on from those before; rad."""
+        if near is None:
+            return self._solve(pose, configuration, turns)
+        return self._solve(pose, configuration, near, near[3])
 
     def _is_in_doubt(self, q: Joints, turns: Sequence[float]) -> bool:
         """Whether the joints are to be told the angles ``q``, on the turns nearest to ``turns``,

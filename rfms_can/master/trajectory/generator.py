@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from rfms_can.errors import MoveError
-from rfms_can.kinematics import Configuration
+from rfms_can.kinematics import Configuration, Joints
 from rfms_can.master.trajectory.goal import Goal
 from rfms_can.master.trajectory.pace import MIN_FEED, Pace
 from rfms_can.master.trajectory.queue import MoveQueue, check_feed
@@ -68,7 +68,9 @@ class TrajectoryGenerator:
             Stage.STOP: run.stop,
         }
 
-    def enable(self, pose: Transform, configuration: Configuration) -> None:
+    def enable(
+        self, pose: Transform, configuration: Configuration, angles: Joints | None = None
+    ) -> None:
         """Hold ``pose`` = T6: before the first move, or after a controlled stop.
 
         ``pose`` and ``configuration`` are those of the joint angles the arm has: measured, or
@@ -82,7 +84,7 @@ class TrajectoryGenerator:
         self._queue.clear()
         self._stopping = False
         self._pace.jump()
-        self._run.hold(Segment.hold(pose, configuration))
+        self._run.hold(Segment.hold(pose, configuration, angles))
 
     def disable(self) -> None:
         """No set-points any more, whatever the stage; all moves are dropped."""

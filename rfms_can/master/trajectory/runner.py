@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from rfms_can.kinematics import Configuration
+from rfms_can.kinematics import Configuration, Joints
 from rfms_can.master.trajectory.correction import NO_CORRECTION, Leaving
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.segment import Move, Segment, Transition
@@ -13,8 +13,8 @@ from rfms_can.setpoint.history import window_for
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
 
-_Second = tuple[Transform, float | None]
-"""T6_2, and theta4 (rad) where it leaves that open."""
+_Second = tuple[Transform, Joints | None]
+"""T6_2, and joint angles (rad) near it."""
 
 _NOWHERE: Final = Segment.hold(Transform.identity(), Configuration(True, True, True))
 
@@ -124,9 +124,10 @@ class SegmentRunner:
         p = past / (2 * move.acceleration_ticks)
         if segment.drive is not None:
             pose = segment.pose(moment, 1.0)
-            return self._setpoint(Stage.START, pose, left, None, p, move.theta4_start)
-        pose, goal = left.target.pose(at_goal), (move.target.pose(moment), move.theta4_goal)
-        return self._setpoint(Stage.START, pose, left, goal, p, left.theta4_goal)
+            return self._setpoint(Stage.START, pose, left, None, p, move.start_angles)
+        pose, near = left.target.pose(at_goal), left.goal_angles if left.target.constant else None
+        goal = (move.target.pose(moment), self._near_second(segment))
+        return self._setpoint(Stage.START, pose, left, goal, p, near)
 
     def bend(self, move: Move | None, hand_over: float, tick: int) -> None:
         """Enter the segment of ``move``, or the transition to rest, by a Cartesian transition."""
@@ -220,7 +221,13 @@ class SegmentRunner:
         if not self.next.rests:
             h, clock = 0.0, -ahead - self.next.move.acceleration_ticks
         pose = self.next.pose(Moment(tick, h, clock * self._period), 1.0)
-        return (pose, self.next.theta4_start)
+        return (pose, self._near_second(self.next))
+
+    def _near_second(self, segment: Segment) -> Joints | None:
+        """Angles near T6_2, rad: of what moves by itself only where it is told first."""
+        if segment.move.target.constant or self.watched <= 1:
+            return segment.first_angles
+        return None
 
     def _along(
         self, stage: Stage, tick: int, p: float, second: _Second | None = None
@@ -228,7 +235,7 @@ class SegmentRunner:
         """The set-point on this segment's path at h."""
         segment = self.segment
         pose = segment.pose(self._moment(tick), 1.0 - self.h)
-        return self._setpoint(stage, pose, segment.move, second, p, segment.theta4)
+        return self._setpoint(stage, pose, segment.move, second, p, segment.angles)
 
     def _setpoint(
         self,
@@ -237,12 +244,12 @@ class SegmentRunner:
         solved_as: Move,
         second: _Second | None,
         p: float,
-        theta4: float | None,
+        near: Joints | None,
     ) -> CartesianSetpoint:
         """The set-point with ``pose`` as T6_1, in the configuration of the move ``solved_as``."""
         move = self.segment.move
         upcoming = move if self.next is None else self.next.move
-        t6_2, theta4_2 = second or (None, None)
+        t6_2, near_2 = second or (None, None)
         return CartesianSetpoint(
             ON_THE_WIRE[stage],
             move.mode,
@@ -257,6 +264,6 @@ class SegmentRunner:
             self.n,
             self.h,
             move.sequence,
-            theta4,
-            theta4_2,
+            near,
+            near_2,
         )

@@ -4,7 +4,7 @@ from enum import Enum, auto
 from typing import NamedTuple, Self
 
 from rfms_can.errors import MoveError
-from rfms_can.kinematics import Configuration
+from rfms_can.kinematics import Configuration, Joints
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.transform import DriveTransform, Transform
 from rfms_can.wire.vocabulary import Mode
@@ -31,8 +31,10 @@ class Move(NamedTuple):
         configuration: the branch of the inverse solution at the target.
         transition: into this segment, and at its end to rest.
         last: False for all parts of a move but its last; the parts share its number.
-        theta4_start, theta4_goal: theta4, rad, at either end of the segment, for a wrist that is
-            straight there: the pose leaves it open. None where it stays as it was.
+        start_angles: joint angles its path in space begins with, rad; None in joint mode, and where
+            the path moves by itself.
+        goal_angles: at its goal, rad; of a goal that moves by itself where a move in joint mode
+            begins, else None. Both tell turns, and theta4 of a straight wrist.
     """
 
     sequence: int
@@ -43,8 +45,8 @@ class Move(NamedTuple):
     configuration: Configuration
     transition: Transition = Transition.JOINT
     last: bool = True
-    theta4_start: float | None = None
-    theta4_goal: float | None = None
+    start_angles: Joints | None = None
+    goal_angles: Joints | None = None
 
 
 class Segment(NamedTuple):
@@ -69,9 +71,12 @@ class Segment(NamedTuple):
         return cls(move, DriveTransform.between(goal.left(moment), origin, goal.right(moment)))
 
     @classmethod
-    def hold(cls, pose: Transform, configuration: Configuration) -> Self:
-        """At rest at ``pose``, before the first move."""
-        return cls(Move(0, FixedGoal(pose), Mode.JOINT, 1, 1, configuration), rests=True)
+    def hold(
+        cls, pose: Transform, configuration: Configuration, angles: Joints | None = None
+    ) -> Self:
+        """At rest at ``pose``, with joint ``angles`` (rad) if they are known."""
+        move = Move(0, FixedGoal(pose), Mode.JOINT, 1, 1, configuration, goal_angles=angles)
+        return cls(move, rests=True)
 
     def to_rest(self) -> Self:
         """The transition to rest at this segment's goal: to the same target, t_seg = t_acc.
@@ -86,14 +91,15 @@ class Segment(NamedTuple):
         return self._replace(move=move, drive=None, rests=True)
 
     @property
-    def theta4(self) -> float | None:
-        """Where T6_1 leaves theta4 open, rad: on a straight line it stays as it was."""
-        return self.move.theta4_goal if self.drive is None else None
+    def angles(self) -> Joints | None:
+        """Of T6_1, rad, where the plan knows them: at a fixed goal."""
+        fixed = self.drive is None and self.move.target.constant
+        return self.move.goal_angles if fixed else None
 
     @property
-    def theta4_start(self) -> float | None:
-        """The same for the T6_1 that the segment begins with."""
-        return self.move.theta4_goal if self.drive is None else self.move.theta4_start
+    def first_angles(self) -> Joints | None:
+        """The same of the T6_1 that the segment begins with, also where that moves."""
+        return self.move.goal_angles if self.drive is None else self.move.start_angles
 
     def pose(self, moment: Moment, r: float) -> Transform:
         """T6_1: in joint mode the goal, in Cartesian mode L D(r) R."""

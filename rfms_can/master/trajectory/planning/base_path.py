@@ -20,6 +20,7 @@ from rfms_can.kinematics import (
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.segment import Segment
+from rfms_can.setpoint.history import window_for
 from rfms_can.wire.vocabulary import Mode
 
 LEAP: Final = 1.0
@@ -31,6 +32,9 @@ SINGULAR: Final = 0.1
 NEXT_TO: Final = (1e-4, 1e-3, 1e-2, 1e-1)
 """How far, in h, from an end of a path with a straight wrist theta4 is looked at: the nearest place
 where the path tells it."""
+
+WATCHED: Final = (0.25, 0.5, 0.75, 1.0)
+"""Where in the time that joints watch a moving start it is looked at."""
 
 TOLD: Final = 10.0 * EXACT_WRIST_BOUND
 """|S5| from which on a pose in double precision tells theta4, to 3e-10 rad."""
@@ -80,10 +84,12 @@ class Base:
         self._entry: Curve | None = None
         self._rest: Curve | None = None
         self._path: Curve | None = path
+        first: Joints | None = None
         if move.mode is Mode.JOINT:
             first = self.solve(0.0, beginning, start)
             self._theta_BC = np.subtract(start, first)
         if not move.target.constant:
+            self._look_ahead(beginning)
             self._entry = Curve(self._blending, (beginning, -beginning), start)
             self._path = Curve(self._even, (-beginning, end), self._entry.last)
             self._rest = Curve(self._at_goal, (end + beginning, end - beginning), self._path.last)
@@ -94,10 +100,10 @@ class Base:
         self.goal: Final[Joints] = (
             self.solve(1.0, end, start, start[3]) if path is None else path.last
         )
-        if move.target.constant:
-            begun = None if path is None else path.first[3]
-            move = move._replace(theta4_start=begun, theta4_goal=self.goal[3])
-            self.segment = segment._replace(move=move)
+        fixed = move.target.constant
+        begun = path.first if path is not None and fixed else None
+        move = move._replace(start_angles=begun, goal_angles=self.goal if fixed else first)
+        self.segment = segment._replace(move=move)
 
     def with_time(self, segment_ticks: int, acceleration_ticks: int) -> Self:
         """The same with other times."""
@@ -190,6 +196,16 @@ class Base:
             where = f"the path at h = {h:.3f}" if straight else "the goal"
             raise type(error)(f"move {segment.move.sequence}: {where}: {error}") from error
 
+    def _look_ahead(self, beginning: float) -> None:
+        """See that the joints can watch where the segment begins, before it does.
+
+        Raises:
+            KinematicsError: it has no solution meanwhile.
+        """
+        watched = window_for(self.segment.move.acceleration_ticks) * self._frame.period_s
+        for part in WATCHED:
+            self.solve(0.0, beginning - part * watched, self.start)
+
     def _along(self, h: float, previous: Joints) -> Joints:
         theta4 = None if 0.0 < h < 1.0 else self._limit_of_theta4(h, previous)
         return self.solve(h, 0.0, previous, theta4)
@@ -222,9 +238,11 @@ class Base:
         return self.solve(1.0, t, previous)
 
     def _refuse_leaps(self) -> None:
-        curve = self._path
-        if curve is None or curve.resolved:
-            return
+        for curve in (self._entry, self._path, self._rest):
+            if curve is not None and not curve.resolved:
+                self._refuse_leap(curve)
+
+    def _refuse_leap(self, curve: Curve) -> None:
         joint = int(curve.largest_step.argmax())
         if curve.largest_step[joint] > LEAP:
             arm = self._frame.kinematics.arm

@@ -74,11 +74,11 @@ def in_parts(move: Move, drive: DriveTransform, period_s: float) -> tuple[Move, 
     via = PartGoal(goal, drive, 0.0, share, 0.0)
     rest = goal if goal.constant else PartGoal(goal, drive, share, 1.0, first * period_s)
     return (
-        move._replace(target=via, segment_ticks=first, last=False, theta4_goal=None),
+        move._replace(target=via, segment_ticks=first, last=False, goal_angles=None),
         move._replace(
             target=rest,
             segment_ticks=move.segment_ticks - first,
             transition=Transition.CARTESIAN,
-            theta4_start=None,
+            start_angles=None,
         ),
     )
