@@ -28,11 +28,11 @@ MIX: Final = {
 an end of a range; by half a turn of joint 4 or 6."""
 MOVES: Final = (2, 4)
 """Fewest and most moves of a program."""
-CARTESIAN: Final = 0.35
+CARTESIAN: Final = 0.3
 """Part of the moves that are straight lines."""
 MOVING: Final = 0.12
 """Part of the goals that move by themselves."""
-GENTLE: Final = 0.75
+GENTLE: Final = 0.88
 """Part of the modes that let a segment be lengthened."""
 VIA: Final = 0.5
 """Part of the moves that are asked for before the one before is complete."""
