@@ -18,6 +18,7 @@
     │   ├── EquationError       a position equation without exactly one T6, or unsolvable
     │   ├── ModeError           a mode that contradicts itself
     │   ├── MoveError           a move that breaks a rule of the trajectory generator
+    │   ├── StoppedError        a move that was stopped or dropped before its goal
     │   └── LeaseError          another coordinator controls the arm, or the lease has lapsed
     ├── LinkError           no server, no answer, or an invalid message
     ├── TableError          an incomplete table: a bug, found at import
@@ -91,6 +92,10 @@ class ModeError(ProgramError, ValueError):
 
 class LeaseError(ProgramError):
     """Another coordinator controls the arm, or the lease has lapsed."""
+
+
+class StoppedError(ProgramError):
+    """A move that is waited for was stopped, or dropped from the queue, before its goal."""
 
 
 class LinkError(RfmsError):

@@ -130,8 +130,8 @@ def test_all_words_reach_the_server(socket: CoreSocket) -> None:
 
     run(program)
     kinds = [type(one).__name__.removesuffix("Request") for one in socket.requests]
-    words = ["Pause", "Feed", "Resume", "Comply", "Lock", "Stop", "Wait", "Gripper", "Wait"]
-    assert kinds[5:14] == words
+    words = ["Pause", "Feed", "Resume", "Comply", "Lock", "Stop", "Wait", "OutcomeQuery"]
+    assert kinds[5:15] == [*words, "Gripper", "Wait"]
 
 
 # --- parts side by side ------------------------------------------------------------------------
@@ -348,7 +348,7 @@ def test_a_lapse_ends_the_program(bench: ServerBench, socket: CoreSocket) -> Non
         socket.late_ns = 11 * SECOND
         await arm.sleep(10.0)
 
-    with pytest.raises(LeaseError, match="was not renewed in time"):
+    with pytest.raises(LeaseError, match="did not renew its lease in time"):
         run(program)
     assert bench.server.holder is None
 

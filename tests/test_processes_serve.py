@@ -10,7 +10,15 @@ from support.command_line import assert_none_left, end
 from support.server import LONG_S, Client, ServeProcess
 
 from rfms_can.errors import LinkError
-from rfms_can.messages import CycleReached, LeaseRequest, MoveOver, Query, WaitRequest
+from rfms_can.messages import (
+    CycleReached,
+    LeaseRequest,
+    MoveOver,
+    Outcome,
+    OutcomeQuery,
+    Query,
+    WaitRequest,
+)
 
 pytestmark = pytest.mark.processes
 
@@ -64,7 +72,9 @@ def test_real_time_goes_on_by_itself(runtime: Path) -> None:
         stopped = watcher.watch(lambda status: status.lease is None)
         assert stopped.fault is None
         rested = watcher.watch(lambda status: status.at_rest)
-        assert (rested.phase, rested.completed) == ("RUN", 0)
+        assert (rested.phase, rested.completed) == ("RUN", 1)
+        (outcome,) = watcher.done(OutcomeQuery(1, 1)).outcomes
+        assert outcome.how is Outcome.LAPSED
         numbers = watcher.done(Query("server")).server
         assert numbers is not None
         assert numbers.lapses == 1

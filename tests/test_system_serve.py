@@ -22,7 +22,10 @@ from rfms_can.messages import (
     MAX_BYTES,
     CycleReached,
     LeaseRequest,
+    MoveOutcome,
     MoveOver,
+    Outcome,
+    OutcomeQuery,
     Query,
     StopRequest,
     TransformMessage,
@@ -111,7 +114,9 @@ def test_a_client_killed_in_mid_motion(running: Running) -> None:
     assert status.fault is None
     status = watcher.watch(lambda status: status.at_rest)
     assert (status.phase, status.fault, status.waiting) == ("RUN", None, 0)
-    assert status.completed == 0, "it did not arrive: it was stopped on its way"
+    assert status.completed == 1, "it is over"
+    (outcome,) = watcher.done(OutcomeQuery(1, 1)).outcomes
+    assert outcome == MoveOutcome(1, Outcome.LAPSED, "'killed' did not renew its lease")
     watcher.acquire()  # the arm can be had again
     watcher.done(LeaseRequest("release"))
     assert running.end().numbers.lapses == 1

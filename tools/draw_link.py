@@ -3,6 +3,7 @@
 import inspect
 import re
 from collections.abc import Sequence
+from enum import EnumType
 from types import NoneType, UnionType
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -17,6 +18,8 @@ from rfms_can.messages import (
     EmergencyStop,
     Envelope,
     LeaseRequest,
+    MoveOutcome,
+    OutcomeQuery,
     Query,
     Refusal,
     Reply,
@@ -30,10 +33,14 @@ from rfms_can.messages import (
 GROUPS: Final[tuple[tuple[str, str, tuple[Any, ...]], ...]] = (
     ("Envelope", "What a coordinator sends to `requests`.", (Envelope,)),
     ("Requests that need the lease", "", get_args(ArmRequest)),
-    ("Requests that do not", "", (LeaseRequest, Query, WaitRequest)),
+    ("Requests that do not", "", (LeaseRequest, Query, OutcomeQuery, WaitRequest)),
     ("Conditions of a WAIT", "", get_args(AnyCondition)),
     ("Functions of a functional transform", "", (*get_args(AnyFunction), TableRow)),
-    ("Replies", "What comes back.", (Reply, Answer, Refusal, WorldNames, ServerNumbers)),
+    (
+        "Replies",
+        "What comes back.",
+        (Reply, Answer, Refusal, MoveOutcome, WorldNames, ServerNumbers),
+    ),
     ("Status", "What `status` broadcasts after every cycle; also part of every reply.", (Status,)),
     ("Emergency stop", "What `emergency` takes.", (EmergencyStop,)),
 )
@@ -65,6 +72,9 @@ def kind(hint: Any) -> str:
             text = f"list of {kind(arguments[0])}"
         case origin if origin is dict:
             text = f"{kind(arguments[0])} to {kind(arguments[1])}"
+        case _ if isinstance(hint, EnumType):
+            values = [member.value for member in hint.__members__.values()]
+            text = " | ".join(f'"{value}"' for value in values)
         case _:
             text = _PLAIN.get(hint) or name(hint)
     return text

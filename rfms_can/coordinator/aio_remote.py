@@ -24,6 +24,8 @@ from rfms_can.messages import (
     AnyRequest,
     ArmRequest,
     LeaseRequest,
+    MoveOutcome,
+    OutcomeQuery,
     Reply,
     Status,
     StopRequest,
@@ -93,6 +95,10 @@ class AsyncRemoteLink:
     async def wait(self, *any_of: AnyCondition) -> None:
         """Let time advance until one of the conditions holds, for this part of the program."""
         await self._parts.wait(any_of)
+
+    async def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """How moves ended; see ``Link.outcomes``."""
+        return (await self._in_turn(OutcomeQuery(first, last))).outcomes
 
     async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
         """Run coroutines as parts of one program; see ``Parts.run``."""

@@ -15,6 +15,7 @@ from rfms_can.errors import (
     ProgramError,
     RfmsError,
     SingularityError,
+    StoppedError,
     TransformError,
     UnreachableError,
 )
@@ -32,6 +33,7 @@ ERRORS: Final[dict[str, type[RfmsError]]] = {
     "ProgramError": ProgramError,
     "SelectionError": SelectionError,
     "SingularityError": SingularityError,
+    "StoppedError": StoppedError,
     "TransformError": TransformError,
     "UnreachableError": UnreachableError,
 }

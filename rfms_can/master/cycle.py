@@ -160,8 +160,9 @@ class ControlCycle:
             if not guarded:
                 force.guards.end()
             force.sense(inputs.take_reading(), inputs.torques, motion.commanded, q, model, guarded)
-            if force.close(motion.force_request, q, inputs.errors, model, in_force):
-                motion.end_guarded()
+            reached = force.close(motion.force_request, q, inputs.errors, model, in_force)
+            if reached:
+                motion.end_guarded(reached)
             violation = force.comply.limit_violation()
             if violation:
                 self.halt(violation, out)
@@ -185,7 +186,7 @@ class ControlCycle:
         """Latch a fault: every node stops, and stays stopped."""
         cycling = self._machine.cycling
         if self._machine.latch(reason):
-            self._motion.generator.disable()
+            self._motion.generator.disable(reason)
             out.append(self._broadcast.command(Command.QUICKSTOP))
             if not cycling:
                 self._timer.stop()

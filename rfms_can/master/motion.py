@@ -27,6 +27,7 @@ from rfms_can.messages import (
     Message,
     ModeMessage,
     MoveRequest,
+    Outcome,
     PauseRequest,
     PositionMessage,
     ResumeRequest,
@@ -140,8 +141,16 @@ class Motion:
         self.world.define_mode(message)
 
     def _stop(self, _: StopRequest) -> None:
-        """Come to rest on the path; goals that move by themselves come to rest as well."""
-        self.generator.stop()
+        self.stop(Outcome.STOPPED, "stopped by stop()")
+
+    def stop(self, how: Outcome, reason: str) -> None:
+        """Come to rest on the path; goals that move by themselves come to rest as well.
+
+        Args:
+            how: the outcome of the moves that are stopped or dropped.
+            reason: who or what stops them.
+        """
+        self.generator.stop(how, reason)
         for name in self.world.names().transforms:
             limits = self._limits(name)
             if limits is not None:
@@ -205,9 +214,11 @@ class Motion:
             request.specification.guard.active and not self.is_over(request.sequence)
         )
 
-    def end_guarded(self) -> None:
+    def end_guarded(self, reason: str) -> None:
         """The guard of the move under way has tripped: come to rest on the path."""
-        self.generator.stop()
+        generator = self.generator
+        generator.outcomes.ends((generator.sequence,), Outcome.GUARDED, reason)
+        generator.stop(Outcome.GUARDED, reason)
 
     def _limits(self, transform: str) -> Limits | None:
         """What a jump of a transform may add to the motion under way, or to the one settled next.
@@ -241,11 +252,11 @@ class Motion:
         return any(self.commanded.rate)
 
     def is_over(self, sequence: int) -> bool:
-        """Whether a move is complete: at rest at its goal, or handed over to the next.
+        """Whether a move is over: made, handed over to the next, or ended by something else.
 
-        One that a stop has dropped is over when the arm rests.
+        One that was stopped or dropped is over when the arm rests.
         """
-        return self.generator.completed >= sequence or self.generator.at_rest
+        return self.generator.completed >= sequence
 
     @property
     def at_rest(self) -> bool:

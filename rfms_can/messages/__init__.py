@@ -6,6 +6,7 @@ The same messages are sent over the link, or passed as objects within one proces
 from rfms_can.messages.base import MAX_BYTES, T6, Message, Rigid, Vector3, Vector6
 from rfms_can.messages.functions import AnyFunction, Circular, Linear, Table, TableRow, Weave
 from rfms_can.messages.numbers import ServerNumbers
+from rfms_can.messages.outcomes import MoveOutcome, Outcome, OutcomeQuery
 from rfms_can.messages.requests import (
     ComplyRequest,
     FeedRequest,
@@ -60,8 +61,11 @@ __all__ = [
     "LockRequest",
     "Message",
     "ModeMessage",
+    "MoveOutcome",
     "MoveOver",
     "MoveRequest",
+    "Outcome",
+    "OutcomeQuery",
     "PauseRequest",
     "PositionMessage",
     "Query",

@@ -10,6 +10,7 @@ import msgspec
 
 from rfms_can.messages.base import Message, Name, Rigid, Vector6
 from rfms_can.messages.numbers import ServerNumbers
+from rfms_can.messages.outcomes import MoveOutcome, OutcomeQuery
 from rfms_can.messages.requests import (
     ComplyRequest,
     FeedRequest,
@@ -29,7 +30,7 @@ class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=Tru
 
 
 class MoveOver(Condition, frozen=True, tag="MOVE_OVER"):
-    """A move is complete: at rest at its goal, followed by the next, or dropped by a stop."""
+    """A move is over, in whatever way: OUTCOME says how. One stopped is over at rest."""
 
     sequence: int
 
@@ -99,7 +100,7 @@ ArmRequest = (
 )
 """Requests that the master handles; all of them need the lease."""
 
-AnyRequest = ArmRequest | LeaseRequest | Query | WaitRequest
+AnyRequest = ArmRequest | LeaseRequest | Query | OutcomeQuery | WaitRequest
 
 
 class Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -142,6 +143,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
         held: for a wait, the indices of the conditions that hold.
         world: for a query of the world model.
         server: for a query of the server's numbers.
+        outcomes: for a query of outcomes, one for each move asked about.
     """
 
     sequence: int = 0
@@ -151,6 +153,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
     held: list[int] = []
     world: WorldNames | None = None
     server: ServerNumbers | None = None
+    outcomes: list[MoveOutcome] = []
 
 
 class Refusal(msgspec.Struct, frozen=True):
@@ -180,7 +183,7 @@ class Status(msgspec.Struct, frozen=True):
         t6: measured T6.
         errors: joint errors, rad.
         sequence: number of the current move; 0 before the first.
-        completed: number of the last complete move.
+        completed: the highest number such that all moves up to it are over, in whatever way.
         waiting: moves in the queue.
         at_rest: whether no move is active or queued, and the arm is at rest.
         jaw_at_rest: whether the jaw is at rest.

@@ -8,7 +8,7 @@ from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds
 from rfms_can.master.server.lease import Lease
-from rfms_can.messages import AtRest, LeaseRequest, StopRequest
+from rfms_can.messages import AtRest, LeaseRequest, Outcome
 
 EVENTS_KEPT: Final = 100
 CREEP: Final = 1e-4
@@ -54,24 +54,29 @@ class Control:
         if request.action == "renew":
             lease.extend(request.duration_s, now_ns)
         else:
-            self._lose("gave the arm back")
+            self._lose(Outcome.STOPPED, "gave the arm back")
 
     def look(self, now_ns: int) -> str | None:
         """See whether the lease has lapsed; word of the session whose it was, or None."""
         if not self.lease.lapsed(now_ns):
             return None
         word = self.lease.holder
-        self._lose("did not renew its lease")
+        self._lose(Outcome.LAPSED, "did not renew its lease")
         return word
 
-    def _lose(self, why: str) -> None:
-        """Control of the arm is lost: a controlled stop, which changes nothing for one at rest."""
+    def _lose(self, how: Outcome, why: str) -> None:
+        """Control of the arm is lost: a controlled stop, which changes nothing for one at rest.
+
+        Args:
+            how: the outcome of the moves that are stopped or dropped.
+            why: what the holder did, after its name.
+        """
         master = self._master
         text = f"{self.lease.name!r} {why}"
         self.lease.free()
         moves = not self._rests()
         if master.phase is Phase.RUN:
-            master.handle(StopRequest())
+            master.motion.stop(how, text)
         if master.phase is Phase.RUN and moves:
             self._stopping = True
             self.lapses += 1

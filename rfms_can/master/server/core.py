@@ -22,6 +22,7 @@ from rfms_can.messages import (
     AnyRequest,
     LeaseRequest,
     MoveRequest,
+    OutcomeQuery,
     Query,
     ServerNumbers,
     Status,
@@ -207,24 +208,32 @@ class Server:
                 raise LinkError(request)
             if isinstance(request, WaitRequest):
                 self._check_running()
+                self._check_kept(session)
                 self._waits.begin(session, Wait(head.serial, request.any_of))
                 return
-            result = self._do(session.word, request, now_ns)
+            result = self._do(session, request, now_ns)
         except RfmsError as error:
             result = error
         reply = self._replies.make(session.peer, head.serial, result)
         session.keep(head.serial, reply, of_wait=False)
 
-    def _do(self, word: str, request: AnyRequest, now_ns: int) -> Answer:
+    def _do(self, session: Session, request: AnyRequest, now_ns: int) -> Answer:
         """Process a request that is answered at once; raises ``RfmsError`` to refuse it."""
         master = self._master
+        if isinstance(request, OutcomeQuery):
+            outcomes = master.motion.generator.outcomes
+            return Answer(outcomes=outcomes.of(request.first, request.last))
         if isinstance(request, Query):
             return _ANSWERS[request.what](self)
         self._check_running()
         if isinstance(request, LeaseRequest):
-            self._control.handle(word, request, now_ns)
+            if request.action == "renew":
+                self._check_kept(session)
+            self._control.handle(session.word, request, now_ns)
+            session.lost = None
             return Answer()
-        self._control.lease.check(word, now_ns)
+        self._check_kept(session)
+        self._control.lease.check(session.word, now_ns)
         answer = master.handle(request)
         if isinstance(request, _TIMED):
             self._latency.taken(now_ns)
@@ -234,11 +243,20 @@ class Server:
         return Answer(world=self._master.motion.world.names())
 
     def _look(self, now_ns: int) -> None:
+        name = self.holder
         word = self._control.look(now_ns)
         session = None if word is None else self._sessions.find(word)
         if session is not None:
-            lapsed = LeaseError("the lease was not renewed in time: the arm is brought to rest")
-            self._waits.end(session, lapsed)
+            session.lost = (
+                f"{name!r} did not renew its lease in time and no longer controls the arm, which "
+                "was brought to rest and its moves dropped: connect again"
+            )
+            self._waits.end(session, LeaseError(session.lost))
+
+    def _check_kept(self, session: Session) -> None:
+        """A session that lost the lease is told so at its next word, whatever it asks for."""
+        if session.lost is not None:
+            raise LeaseError(session.lost)
 
     def _failure(self) -> RfmsError | None:
         """Why the arm takes no further requests, or None."""

@@ -16,12 +16,14 @@ from typing import Final
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Goal
+from rfms_can.master.trajectory.outcomes import MoveOutcomes
 from rfms_can.master.trajectory.pace import MIN_FEED, Pace
 from rfms_can.master.trajectory.queue import MoveQueue, check_feed
 from rfms_can.master.trajectory.runner import SegmentRunner
 from rfms_can.master.trajectory.schedule import Schedule
 from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.master.trajectory.states import Event, Stage, following
+from rfms_can.messages import Outcome
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
@@ -32,8 +34,7 @@ class TrajectoryGenerator:
 
     Attributes:
         stage: where it is in :mod:`rfms_can.master.trajectory.states`.
-        completed: sequence number of the last move that is over: at rest at its goal, or handed
-            over to the next. 0 before the first.
+        outcomes: which moves are over, and how.
         tick_count: ticks since construction; goals that move are evaluated at it.
     """
 
@@ -50,7 +51,7 @@ class TrajectoryGenerator:
         """
         self.period_s: Final = period_s
         self.stage = Stage.OFF
-        self.completed = 0
+        self.outcomes: Final = MoveOutcomes()
         self.tick_count = 0
         self._queue: Final = MoveQueue(period_s)
         self._stopping = False
@@ -80,13 +81,15 @@ class TrajectoryGenerator:
         self.stage = following(self.stage, Event.ENABLE)
         self._queue.clear()
         self._stopping = False
+        self.outcomes.rests()
         self._pace.jump()
         self._run.hold(Segment.hold(pose, configuration))
 
-    def disable(self) -> None:
-        """No set-points any more, whatever the stage; all moves are dropped."""
+    def disable(self, reason: str = "the drives were switched off") -> None:
+        """No set-points any more, whatever the stage; ``reason`` has faulted all moves."""
         self.stage = following(self.stage, Event.DISABLE)
         self._queue.clear()
+        self.outcomes.abandon(Outcome.FAULTED, reason)
 
     def request(self, *parts: Move) -> None:
         """Queue the parts of one move.
@@ -99,6 +102,7 @@ class TrajectoryGenerator:
             name = f"move {parts[0].sequence}" if parts else "a move"
             raise MoveError(f"{name}: the trajectory generator is {doing}: enable it first")
         self._queue.take(parts, self.last_accepted, self.tick_count, self._pace.rate)
+        self.outcomes.accept(parts[0].sequence)
 
     def pause(self) -> None:
         """Slow down on the path to a standstill, and stay until ``resume``.
@@ -131,7 +135,9 @@ class TrajectoryGenerator:
         self._pace.rate = rate
         self._schedule.unsettle(self.stage)
 
-    def stop(self) -> tuple[int, ...]:
+    def stop(
+        self, how: Outcome = Outcome.STOPPED, reason: str = "a stop was requested"
+    ) -> tuple[int, ...]:
         """Stop along the path and drop all moves.
 
         A transition under way is finished first: what it blends out would otherwise be left. Then
@@ -139,6 +145,10 @@ class TrajectoryGenerator:
         stays on its path throughout; ``stopped`` tells when it rests, and ``enable`` what to hold
         there. It does so at the pace it has; in a pause it stays where it stands, or will.
         At rest, or coming to it, there is nothing to stop.
+
+        Args:
+            how: the outcome of the moves that will not be completed.
+            reason: what ended them.
 
         Returns:
             Sequence numbers of the moves that will not be completed.
@@ -157,7 +167,13 @@ class TrajectoryGenerator:
         ):
             self._stopping = True
             dropped.insert(0, run.segment.move.sequence)
+        self.outcomes.ends(dropped, how, reason)
         return tuple(dict.fromkeys(dropped))
+
+    @property
+    def completed(self) -> int:
+        """The highest number such that all moves up to it are over, in whatever way."""
+        return self.outcomes.completed
 
     @property
     def at_rest(self) -> bool:
@@ -220,6 +236,7 @@ class TrajectoryGenerator:
         if stage is Stage.IDLE:
             self._stopping = False
             self._complete(left)
+            self.outcomes.rests()
             if run.next is None and self._schedule.may_depart(Transition.JOINT):
                 run.settle(*self._schedule.take(stage), tick)
         elif event is Event.BEND or (stage is Stage.PRE and run.next is None):
@@ -233,7 +250,7 @@ class TrajectoryGenerator:
 
     def _complete(self, left: Segment) -> None:
         if left.move.last:
-            self.completed = max(self.completed, left.move.sequence)
+            self.outcomes.arrived(left.move.sequence)
 
     def _ends_at_rest(self) -> bool:
         """Whether the transition to rest is settled or under way."""
