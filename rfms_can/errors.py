@@ -23,7 +23,7 @@
     ├── LinkError           no server, no answer, or an invalid message
     ├── TableError          an incomplete table: a bug, found at import
     ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
-    └── FaultError          a latched fault ended the run: the arm is safe, the run has failed
+    └── FaultError          a latched fault has halted the arm: it is safe, and waits for a reset
 
 Nothing a peer puts on the bus raises: nodes discard and count (``PROTOCOL`` R0). These errors are
 for our own bugs, for bad input of users, and for drivers.
@@ -115,4 +115,4 @@ class PlantError(RfmsError):
 
 
 class FaultError(RfmsError):
-    """A latched fault ended the run."""
+    """A latched fault has halted the arm; without a reset the run has failed."""

@@ -15,6 +15,7 @@ from rfms_can.messages import (
     AnyCondition,
     AnyFunction,
     ArmRequest,
+    EmergencyLift,
     EmergencyStop,
     Envelope,
     LeaseRequest,
@@ -43,6 +44,7 @@ GROUPS: Final[tuple[tuple[str, str, tuple[Any, ...]], ...]] = (
     ),
     ("Status", "What `status` broadcasts after every cycle; also part of every reply.", (Status,)),
     ("Emergency stop", "What `emergency` takes.", (EmergencyStop,)),
+    ("Operator", "What `operator` takes.", (EmergencyLift,)),
 )
 """The messages, as they are told apart: heading, a line about them, classes."""
 
@@ -73,8 +75,8 @@ def kind(hint: Any) -> str:
         case origin if origin is dict:
             text = f"{kind(arguments[0])} to {kind(arguments[1])}"
         case _ if isinstance(hint, EnumType):
-            values = [member.value for member in hint.__members__.values()]
-            text = " | ".join(f'"{value}"' for value in values)
+            members: list[Any] = list(hint.__members__.values())
+            text = " | ".join(f'"{member.value}"' for member in members)
         case _:
             text = _PLAIN.get(hint) or name(hint)
     return text

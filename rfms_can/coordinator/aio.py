@@ -24,8 +24,10 @@ from rfms_can.coordinator.view import ArmView
 from rfms_can.errors import ProgramError
 from rfms_can.messages import (
     AnyFunction,
+    Enabled,
     MoveOutcome,
     PauseRequest,
+    ResetRequest,
     ResumeRequest,
     StopRequest,
     TareRequest,
@@ -118,6 +120,12 @@ class AsyncArm(ArmView):
         """See :meth:`Arm.stop`."""
         await self._link.request(StopRequest())
         await self.wait()
+
+    async def reset(self) -> None:
+        """See :meth:`Arm.reset`."""
+        await self._link.request(ResetRequest())
+        self._moves.tell()
+        await self._link.wait(Enabled())
 
     async def pause(self) -> None:
         """See :meth:`Arm.pause`."""

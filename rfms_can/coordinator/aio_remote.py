@@ -168,7 +168,7 @@ class AsyncRemoteLink:
         try:
             self._parts.woken(asked, answer_of(reply).held)
         except RfmsError as error:
-            self._parts.fail(error)
+            self._parts.refused(asked, error)
 
     async def _renew(self) -> None:
         while True:

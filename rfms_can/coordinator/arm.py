@@ -31,8 +31,10 @@ from rfms_can.coordinator.view import ArmView
 from rfms_can.errors import ProgramError
 from rfms_can.messages import (
     AnyFunction,
+    Enabled,
     MoveOutcome,
     PauseRequest,
+    ResetRequest,
     ResumeRequest,
     StopRequest,
     TareRequest,
@@ -175,6 +177,21 @@ class Arm(ArmView):
         """
         self._link.request(StopRequest())
         self.wait()
+
+    def reset(self) -> None:
+        """Leave a fault: reset the nodes, home what has lost its reference, enable; and wait.
+
+        The moves the fault ended stay ended. Transforms, positions and modes stay; the arm is rigid
+        and the gripper as it was, unless it had to be homed: then it is open.
+
+        Raises:
+            FaultError: the cause persists, or an emergency stop is in force, which only a person
+                lifts, at the command line.
+            ProgramError: there is no fault to leave.
+        """
+        self._link.request(ResetRequest())
+        self._moves.tell()
+        self._link.wait(Enabled())
 
     def pause(self) -> None:
         """Bring the arm to rest on its path and keep the moves; returns immediately."""

@@ -93,6 +93,10 @@ class Moves:
         first = max(self._told, self._last - min(self._count, MAX_ASKED)) + 1
         return (first, self._last) if first <= self._last else None
 
+    def tell(self) -> None:
+        """The program knows how all its moves so far ended."""
+        self._told = self._last
+
     def judge(self, outcomes: Iterable[MoveOutcome], *, at_rest: bool = False) -> None:
         """Raise what happened to moves that are waited for, once.
 

@@ -18,15 +18,17 @@ from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.statistics import RunStatistics
-from rfms_can.master.stillness import Stillness
+from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
 from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import HEARTBEAT_EVERY
+from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY
 from rfms_can.wire.vocabulary import Command, NodeState
 
 BRAKING_CYCLES: Final = 12
 """Cycles the master waits for the brakes after STOP before it ends all the same."""
+SETTLING_CYCLES: Final = 125
+"""Cycles after which a halted arm that still moves is not waited for any more."""
 SILENCE_COUNTS: Final = 4
 """What a cycle without answers counts for then: in lockstep each takes as long as the barrier."""
 
@@ -87,6 +89,7 @@ class ControlCycle:
         number: cycle under way, as SYNC counts; restarts at 0 when the arm is enabled.
         closed: cycles closed since the first SYNC: programs wait by it.
         sent: the set-point sent last.
+        halted: cycles closed since the last fault.
     """
 
     def __init__(
@@ -98,6 +101,7 @@ class ControlCycle:
         self.number = -1
         self.closed = 0
         self.sent = SentSetpoint(0, -1, 0)
+        self.halted = 0
         self._machine = parts.machine
         self._timer = parts.timer
         self._inputs = parts.inputs
@@ -112,6 +116,7 @@ class ControlCycle:
         self._beat = beat
         self._restart_counters = restart_counters
         self._next: Outgoing | None = None  # made when a cycle is closed
+        self._now_ns = 0  # when the last cycle was closed
         self._ending = 0  # cycles since the arm was disabled
 
     def begin(self, began_ns: int, now_ns: int, out: list[Frame]) -> None:
@@ -123,7 +128,7 @@ class ControlCycle:
             out: takes the frames.
         """
         machine, timer = self._machine, self._timer
-        if timer.stopped:
+        if timer.stopped or not machine.cycling:
             return
         timer.begin(began_ns)
         cycle = self.number = self.number + 1
@@ -149,6 +154,7 @@ class ControlCycle:
         """
         inputs, requests, phase = self._inputs, self._requests, self._machine.phase
         self.closed += 1
+        self.halted += 1
         self._stillness.watch(inputs.arm_state)
         if phase is Phase.RUN:
             self._statistics.cycles += 1
@@ -168,6 +174,7 @@ class ControlCycle:
                 self.halt(violation, out)
             else:
                 self._make_setpoint(out)
+        self._now_ns = now_ns
         _TRANSITIONS[phase](self, out)  # below: how each phase may end
         if self._timer.close():
             self.begin(now_ns, now_ns, out)
@@ -176,20 +183,34 @@ class ControlCycle:
         """The time of the cycle is over, and an answer is missing."""
         missing, lost = self._inputs.give_up(self.number)
         self._statistics.miss(missing)
-        if self._machine.phase is Phase.END:
+        phase = self._machine.phase
+        if phase is Phase.END:
             self._ending += SILENCE_COUNTS
-        elif lost:
+        elif lost and phase is not Phase.RESET:  # who is missing is seen when all are called
             self.halt(lost, out)
         self.close(now_ns, out)
 
-    def halt(self, reason: str, out: list[Frame]) -> None:
-        """Latch a fault: every node stops, and stays stopped."""
+    def halt(self, reason: str, out: list[Frame], *, emergency: bool = False) -> None:
+        """Latch a fault: every node stops, and stays stopped; see ``PhaseMachine.latch``."""
         cycling = self._machine.cycling
-        if self._machine.latch(reason):
+        if self._machine.latch(reason, emergency=emergency):
+            self.halted = 0
             self._motion.generator.disable(reason)
             out.append(self._broadcast.command(Command.QUICKSTOP))
             if not cycling:
                 self._timer.stop()
+
+    @property
+    def settled(self) -> bool:
+        """Whether a halted arm has come to rest since the fault, or is not waited for any more."""
+        rests = self._stillness.arm and self.halted >= STILL_CYCLES
+        return self._timer.stopped or rests or self.halted >= SETTLING_CYCLES
+
+    def call_nodes(self, at_ns: int) -> None:
+        """The way out of a fault: all nodes are reset, and called as at the start."""
+        self._machine.change(PhaseEvent.RESTED)
+        self._bring_up.restart()
+        self._timer.retry(at_ns)
 
     @property
     def in_progress(self) -> int:
@@ -237,6 +258,14 @@ class ControlCycle:
             out.append(self._broadcast.command(Command.RESET if halted else Command.STOP))
             self._machine.change(PhaseEvent.STOP)
 
+    def _reset_at_rest(self, out: list[Frame]) -> None:
+        """RESET lets go of the joints: they must stand still."""
+        if self._requests.stop_requested:
+            out.append(self._broadcast.command(Command.RESET))
+            self._machine.change(PhaseEvent.STOP)
+        elif self.settled:
+            self.call_nodes(self._now_ns)
+
     def _await_brakes(self, _out: list[Frame]) -> None:
         """The run ends when the brakes hold, or when they do not for too long."""
         self._ending += 1
@@ -252,7 +281,9 @@ class ControlCycle:
             self.halt(str(error), out)
             return
         self._force.reset()
-        state.open_counts = state.jaw_counts  # homing has left it there
+        if GRIPPER in self._bring_up.unreferenced:
+            state.open_counts = state.jaw_counts  # homing has left it there
+            self._requests.release_jaw()
         self._machine.change(PhaseEvent.START)
         out.append(self._broadcast.command(Command.START))
         self._restart_counters()
@@ -266,6 +297,7 @@ _TRANSITIONS: Final = complete(
         Phase.READY: ControlCycle._start_or_stop,
         Phase.RUN: ControlCycle._stop_on_request,
         Phase.HALT: ControlCycle._stop_on_request,
+        Phase.RESET: ControlCycle._reset_at_rest,
         Phase.END: ControlCycle._await_brakes,
     },
     CYCLING,

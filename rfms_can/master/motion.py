@@ -95,6 +95,7 @@ class Motion:
             KinematicsError: the wrist is singular there.
         """
         self._hold(q)
+        self._requested.forget()
         self.force_request = None
 
     def _hold(self, q: Sequence[float]) -> None:

@@ -18,6 +18,7 @@ from rfms_can.messages.requests import (
     LockRequest,
     MoveRequest,
     PauseRequest,
+    ResetRequest,
     ResumeRequest,
     StopRequest,
     TareRequest,
@@ -49,7 +50,11 @@ class CycleReached(Condition, frozen=True, tag="CYCLE"):
     cycle: int
 
 
-AnyCondition = MoveOver | AtRest | JawAtRest | CycleReached
+class Enabled(Condition, frozen=True, tag="ENABLED"):
+    """The arm is enabled and takes requests, as it is again after a RESET."""
+
+
+AnyCondition = MoveOver | AtRest | JawAtRest | CycleReached | Enabled
 
 
 class LeaseRequest(Message, frozen=True, tag="LEASE"):
@@ -97,6 +102,7 @@ ArmRequest = (
     | ComplyRequest
     | LockRequest
     | TareRequest
+    | ResetRequest
 )
 """Requests that the master handles; all of them need the lease."""
 
@@ -122,6 +128,16 @@ class EmergencyStop(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
 
     name: Name
     reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
+
+
+class EmergencyLift(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="LIFT"):
+    """Lift the emergency stop; the arm stays halted until a RESET. From a person, not a program.
+
+    Attributes:
+        name: of the person.
+    """
+
+    name: Name
 
 
 class WorldNames(msgspec.Struct, frozen=True):
@@ -198,6 +214,8 @@ class Status(msgspec.Struct, frozen=True):
         lease: name of its holder, or None.
         refused: requests refused so far.
         fault: the latched fault, or None.
+        emergency: whether an emergency stop is in force, which only a person lifts.
+        issued: statuses the server has made before; of two the higher one is the newer.
     """
 
     cycle: int
@@ -225,6 +243,8 @@ class Status(msgspec.Struct, frozen=True):
     lease: str | None
     refused: int
     fault: str | None
+    emergency: bool = False
+    issued: int = 0
 
 
 class Reply(msgspec.Struct, frozen=True):

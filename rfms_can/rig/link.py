@@ -8,7 +8,14 @@ from rfms_can.errors import FaultError
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds, status_of
-from rfms_can.messages import Answer, AnyCondition, ArmRequest, MoveOutcome, Status
+from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    ArmRequest,
+    MoveOutcome,
+    ResetRequest,
+    Status,
+)
 from rfms_can.rig.realtime import ThreadedPump
 
 Result = TypeVar("Result")
@@ -85,7 +92,7 @@ class DirectLink:
         """Pass a message to the master; in real time in the thread that runs it.
 
         Raises:
-            FaultError: the run was halted.
+            FaultError: the run was halted, and it is no reset.
             ProgramError: the master refuses it.
         """
         return self._done(partial(self._handle, message))
@@ -95,7 +102,7 @@ class DirectLink:
         return self._pump.do(action) if isinstance(self._pump, ThreadedPump) else action()
 
     def _handle(self, message: ArmRequest) -> Answer:
-        if self._master.fault is not None:
+        if self._master.fault is not None and not isinstance(message, ResetRequest):
             raise FaultError(self._master.fault)
         return self._master.handle(message)
 

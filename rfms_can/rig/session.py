@@ -212,4 +212,5 @@ class Session:
             wall_s=self._wall_s,
             scene=self.rig.scene,
             reported=list(master.rows.reported),
+            reset_faults=list(master.machine.reset_faults),
         )

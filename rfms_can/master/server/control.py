@@ -14,6 +14,8 @@ EVENTS_KEPT: Final = 100
 CREEP: Final = 1e-4
 """Commanded joint rate, rad/s, below which an arm rests: the end of a transition has some."""
 _AT_REST: Final = AtRest()
+_TAKEN_IN: Final = frozenset((Phase.RUN, Phase.HALT))
+"""Phases in which the lease can be acquired: also of a halted arm, to reset it."""
 
 
 class Control:
@@ -41,7 +43,7 @@ class Control:
         """
         lease, phase = self.lease, self._master.phase
         if request.action == "acquire":
-            if phase is not Phase.RUN:
+            if phase not in _TAKEN_IN:
                 raise LeaseError(f"the arm is not enabled (phase {phase.name}); try again later")
             if lease.holder is None:
                 self.events.append(f"{request.name!r} controls the arm")
@@ -97,13 +99,12 @@ class Control:
     def time_may_pass(self, *, holder_waits: bool) -> bool:
         """Whether the next cycle may begin: but for real time, coordinators are part of the clock.
 
-        Time passes while the holder of the lease waits, while the arm is not enabled, and while
-        it is brought to rest because control was lost.
+        Time passes while the holder of the lease waits, while the arm is brought up, and while it
+        is brought to rest because control was lost or by a fault.
         """
         master = self._master
-        return (
-            holder_waits
-            or self._stopping
-            or not master.settings.clock_definition.waits_for_programs
-            or master.phase is not Phase.RUN
-        )
+        if not master.settings.clock_definition.waits_for_programs:
+            return True
+        if master.phase is Phase.HALT:
+            return not master.cycle.settled
+        return holder_waits or self._stopping or master.phase is not Phase.RUN
