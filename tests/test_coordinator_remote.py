@@ -255,6 +255,9 @@ def test_a_server_that_is_silent_is_given_up_once(socket: CoreSocket, arm: Arm) 
     with pytest.raises(LinkError, match="has not answered"):
         arm.stop()
     assert socket.now() - began == pytest.approx(ANSWER_S), "not waited for again"
+    for look in (lambda: arm.status, lambda: arm.time, lambda: arm.pose):
+        with pytest.raises(LinkError, match="has not answered"):
+            look()  # what it told last is not the state any more
 
 
 def test_a_server_that_dies_during_a_wait_is_noticed(socket: CoreSocket, arm: Arm) -> None:

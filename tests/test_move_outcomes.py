@@ -13,7 +13,13 @@ from rfms_can.coordinator.aio_remote import AsyncRemoteLink
 from rfms_can.coordinator.remote import RemoteLink
 from rfms_can.errors import FaultError, LeaseError, ProgramError, RfmsError, StoppedError
 from rfms_can.master.trajectory.outcomes import HISTORY, MoveOutcomes
-from rfms_can.messages import MoveOutcome, OutcomeQuery
+from rfms_can.messages import (
+    CycleReached,
+    LeaseRequest,
+    MoveOutcome,
+    OutcomeQuery,
+    WaitRequest,
+)
 from rfms_can.messages.outcomes import OUTCOMES
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
@@ -266,6 +272,27 @@ def test_a_frozen_client_hears_at_its_next_word_that_it_lost_the_arm(
             word()
     assert arm.outcome(number) == MoveOutcome(1, Outcome.LAPSED, "'cell' did not renew its lease")
     assert bench.server.holder == ("other" if taken else None)
+
+
+def test_the_lease_of_an_arm_that_is_being_stopped_can_be_had_when_it_rests(
+    bench: ServerBench,
+) -> None:
+    """The client that comes next must be served: a move would be refused until the arm rests."""
+    left, right = Coordinator(bench, "left"), Coordinator(bench, "right")
+    left.acquire(1.0)
+    left.move(seconds=2.0)
+    left.ask(WaitRequest([CycleReached(100)]))
+    bench.cycles(100)
+    bench.now_ns += 2 * SECOND
+    refusal = right.refused(LeaseRequest("acquire", "right", 1.0))
+    assert (refusal.error, refusal.reason) == (
+        "LeaseError",
+        "'left' did not renew its lease: the arm is brought to rest: it can be had when it rests, "
+        "try again in a moment",
+    )
+    bench.run(lambda: bench.server.status().at_rest)
+    right.acquire(1.0)
+    assert right.move("on", z=0.01) == 2
 
 
 def test_a_session_that_takes_the_lease_again_goes_on(

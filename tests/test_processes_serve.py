@@ -137,7 +137,8 @@ def test_a_killed_joint_may_be_replaced_and_the_arm_reset(runtime: Path) -> None
     """The same server goes on: the joint that was started by hand homes, the others need not."""
     with ServeProcess("--bus", "hub:serve", "--friction", "none") as server:
         client = Client("rfms", "cell")
-        client.acquire(5.0)
+        client.lease_s = 10.0
+        client.acquire()
         waiting = client.send(WaitRequest([MoveOver(client.move(seconds=30.0))]))
         client.watch(lambda status: status.stage == "LINEAR")
         _, _, _, second, *_ = sorted(processes_of(server.process.pid))  # parent, hub, joint 1
@@ -146,7 +147,7 @@ def test_a_killed_joint_may_be_replaced_and_the_arm_reset(runtime: Path) -> None
         assert refusal is not None
         assert "joint 2" in refusal.reason
         client.done(ResetRequest())
-        again = client.ask(WaitRequest([Enabled()])).refusal
+        again = client.wait(Enabled()).refusal
         assert again is not None
         assert again.reason.startswith("not on the bus: joint 2")
         joint = start("joint", "2", "--bus", "hub:serve")

@@ -249,7 +249,7 @@ def test_a_stopped_arm_is_enabled_where_it_stands_and_moves_on() -> None:
     rig.move(JOINT, "W1", 1.0, 0.2)
     rig.run_to(Stage.BLEND)
     assert rig.generator.stop() == (1,)
-    with pytest.raises(MoveError, match="is stopping"):
+    with pytest.raises(MoveError, match="the arm is stopping: wait until it rests"):
         rig.move(JOINT, "W2", 1.0, 0.2)
     assert rig.generator.stop() == ()
     rig.run_to(Stage.STOP)

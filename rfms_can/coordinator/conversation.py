@@ -133,8 +133,11 @@ class Conversation:
         """The newest known state of the arm.
 
         Raises:
-            LinkError: no state has been received yet.
+            LinkError: no state has been received yet, or the server has been given up: what it told
+                last is not the state any more.
         """
+        if self.lost is not None:
+            raise self.lost
         if self._status is None:
             raise self.silent()
         return self._status

@@ -33,18 +33,22 @@ class Control:
         self.events: deque[str] = deque(maxlen=EVENTS_KEPT)
         self._master = master
         self._last: str | None = None
+        self._why = ""  # the arm was stopped
         self._stopping = False
 
     def handle(self, word: str, request: LeaseRequest, now_ns: int) -> None:
         """Do what a session asks of the lease.
 
         Raises:
-            LeaseError: another session has it, or none has, or the arm is not enabled.
+            LeaseError: another session has it, or none has; or the arm is not enabled, or is being
+                brought to rest because control was lost.
         """
         lease, phase = self.lease, self._master.phase
         if request.action == "acquire":
             if phase not in _TAKEN_IN:
                 raise LeaseError(f"the arm is not enabled (phase {phase.name}); try again later")
+            if self._stopping and not self._master.motion.at_rest:
+                raise LeaseError(f"{self._why}: it can be had when it rests, try again in a moment")
             if lease.holder is None:
                 self.events.append(f"{request.name!r} controls the arm")
             lease.acquire(word, request.name, request.duration_s, now_ns)
@@ -83,6 +87,7 @@ class Control:
             self._stopping = True
             self.lapses += 1
             text += ": the arm is brought to rest"
+            self._why = text
         self.events.append(text)
 
     def cycle_closed(self) -> None:

@@ -98,9 +98,10 @@ class TrajectoryGenerator:
             MoveError: one breaks a rule; the message names numbers and remedy. Nothing changes.
         """
         if self.stage is Stage.OFF or self._stopping:
-            doing = "stopping" if self._stopping else "off"
             name = f"move {parts[0].sequence}" if parts else "a move"
-            raise MoveError(f"{name}: the trajectory generator is {doing}: enable it first")
+            if self.stage is Stage.OFF:
+                raise MoveError(f"{name}: the trajectory generator is off: enable it first")
+            raise MoveError(f"{name}: the arm is stopping: wait until it rests")
         self._queue.take(parts, self.last_accepted, self.tick_count, self._pace.rate)
         self.outcomes.accept(parts[0].sequence)
 
