@@ -9,8 +9,7 @@ from rfms_can.errors import FaultError, ProgramError
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.master.cycle import SETTLING_CYCLES
-from rfms_can.master.node import NO_RESET
-from rfms_can.master.phases import Phase, PhaseError, PhaseMachine
+from rfms_can.master.phases import NO_RESET, Phase, PhaseError, PhaseMachine
 from rfms_can.messages import ComplyRequest, GripperRequest, Outcome, ResetRequest
 from rfms_can.node.protocol import Node
 from rfms_can.plant.node import PlantNode

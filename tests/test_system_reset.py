@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 from support.command_line import Rfms
-from support.link import AsyncCoreSocket, CoreSocket
+from support.link import AsyncCoreSocket, CoreSocket, status
 from support.server import SECOND, Coordinator, Running, ServerBench, encode
 
 from rfms_can.coordinator import Arm, AsyncArm, FaultError, Outcome, ProgramError, Transform
@@ -182,7 +182,6 @@ def test_the_operators_queue_takes_a_lift_and_nothing_else(bench: ServerBench) -
     assert bench.server.status().emergency
     cell = Coordinator(bench, "cell")
     assert bench.give(cell.envelope(EmergencyLift("cell")))[0].refusal is not None  # type: ignore[arg-type]
-    bench.emergency_data = encode(EmergencyLift("cell"))  # type: ignore[attr-defined]
     bench.server.emergency(encode(EmergencyLift("cell")))
     assert bench.server.status().emergency, "neither queue of programs lifts it"
     bench.server.operator(encode(EmergencyLift("ann")))
@@ -229,8 +228,6 @@ def test_a_halt_is_heard_although_no_cycle_counts(bench: ServerBench) -> None:
 
 
 def test_the_time_of_a_realtime_server_stands_while_it_is_halted() -> None:
-    from support.link import status
-
     conversation = Conversation("bench")
     issued = 0
 
@@ -261,7 +258,7 @@ def halt(running: Running, reason: str = "a fault") -> None:
     """A fault, as soon as the server looks."""
     assert running.serving is not None
     running.serving.session.master.lose(reason)
-    running.client("looks").watch(lambda status: status.fault == reason)
+    running.client("looks").watch(lambda told: told.fault == reason)
 
 
 def test_the_command_resets_and_gives_the_arm_back(running: Running, rfms: Rfms) -> None:
@@ -290,15 +287,15 @@ def test_the_command_without_a_server_is_one_line(rfms: Rfms) -> None:
 
 def test_a_lift_needs_a_terminal_and_the_servers_machine(running: Running, rfms: Rfms) -> None:
     running.client("door").emergency()
-    running.client("looks").watch(lambda status: status.emergency)
+    running.client("looks").watch(lambda told: told.emergency)
     assert "standard input is no terminal" in rfms("reset", "--lift-emergency-stop").complaint
     remote = rfms("reset", "--lift-emergency-stop", "--server", "tcp://127.0.0.1:5555")
     assert "give its NAME there" in remote.complaint
     with pytest.raises(LinkError, match="on the server's machine alone"):
         operator_endpoint("tcp://127.0.0.1:5555")
     send_as_operator("rfms", encode(EmergencyLift("ann")))
-    status = running.client("looks").watch(lambda status: not status.emergency)
-    assert status.phase == "HALT"
+    told = running.client("looks").watch(lambda told: not told.emergency)
+    assert told.phase == "HALT"
     assert rfms("reset").code == 0
     assert running.end().fault is None
 

@@ -7,7 +7,7 @@ the cycle (``ControlCycle.close``).
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 from rfms_can.arm import Arm
 from rfms_can.dynamics.model import make_dynamics
@@ -19,7 +19,7 @@ from rfms_can.master.cycle import ControlCycle, Parts
 from rfms_can.master.force.control import ForceControl, ForceSettings
 from rfms_can.master.inputs import CycleInputs
 from rfms_can.master.motion import NOTED, Motion
-from rfms_can.master.phases import BUS_STATES, Phase, PhaseEvent, PhaseMachine
+from rfms_can.master.phases import BUS_STATES, NO_RESET, Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.math_processor import MathProcessor
 from rfms_can.master.rows.sets import RowSets
@@ -32,7 +32,6 @@ from rfms_can.master.timer import CycleTimer
 from rfms_can.messages import Answer, Message, ResetRequest
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
-from rfms_can.tables import complete
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.emergency import in_words as emergency_in_words
 from rfms_can.wire.frame import IDENTIFIERS, Frame
@@ -51,20 +50,6 @@ from rfms_can.wire.records import (
 )
 from rfms_can.wire.vocabulary import Command, NodeState, Parameter
 
-NO_RESET: Final[dict[Phase, str | None]] = complete(
-    {
-        Phase.ROLL_CALL: "the arm is being brought up: wait until it is enabled",
-        Phase.CONFIGURE: "the arm is being brought up: wait until it is enabled",
-        Phase.HOME: "the arm is being brought up: wait until it is enabled",
-        Phase.READY: "the arm is being brought up: wait until it is enabled",
-        Phase.RUN: "the arm is enabled, there is no fault to leave: go on",
-        Phase.HALT: None,
-        Phase.RESET: "one is under way: wait until the arm is enabled",
-        Phase.END: "the run is over: start another one",
-    },
-    Phase,
-)
-"""Why there is nothing to reset in a phase; None where there is."""
 _OWN_HEARTBEAT = bit("HEARTBEAT", MASTER)
 
 

@@ -111,6 +111,20 @@ CYCLING: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN, Phase.HALT, Phas
 """Phases in which control cycles run."""
 
 
+NO_RESET: Final[dict[Phase, str | None]] = complete(
+    {
+        Phase.ROLL_CALL: "the arm is being brought up: wait until it is enabled",
+        Phase.CONFIGURE: "the arm is being brought up: wait until it is enabled",
+        Phase.HOME: "the arm is being brought up: wait until it is enabled",
+        Phase.READY: "the arm is being brought up: wait until it is enabled",
+        Phase.RUN: "the arm is enabled, there is no fault to leave: go on",
+        Phase.HALT: None,
+        Phase.RESET: "one is under way: wait until the arm is enabled",
+        Phase.END: "the run is over: start another one",
+    },
+    Phase,
+)
+"""Why there is nothing to reset in a phase; None where there is."""
 FAULTS_KEPT: Final = 100
 """Reasons of past faults that are remembered."""
 

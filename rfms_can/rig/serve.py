@@ -101,12 +101,10 @@ class Serving:
         )
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
-        """Serve until ``interrupted`` returns True; then the arm is braked.
+        """Serve until ``interrupted`` returns True, also after a fault; then the arm is braked.
 
         Args:
             ready: called when the arm is enabled.
-
-        After a fault it goes on, for a reset; all clients are informed.
 
         Raises:
             FaultError: the arm could not be brought up, or was halted by a fault at the end.
