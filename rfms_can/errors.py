@@ -18,11 +18,13 @@
     │   ├── EquationError       a position equation without exactly one T6, or unsolvable
     │   ├── ModeError           a mode that contradicts itself
     │   ├── MoveError           a move that breaks a rule of the trajectory generator
+    │   ├── StoppedError        a move that was stopped or dropped before its goal
+    │   ├── TrackingError       a move that stopped short: the arm could not follow its path
     │   └── LeaseError          another coordinator controls the arm, or the lease has lapsed
     ├── LinkError           no server, no answer, or an invalid message
     ├── TableError          an incomplete table: a bug, found at import
     ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
-    └── FaultError          a latched fault ended the run: the arm is safe, the run has failed
+    └── FaultError          a latched fault has halted the arm: it is safe, and waits for a reset
 
 Nothing a peer puts on the bus raises: nodes discard and count (``PROTOCOL`` R0). These errors are
 for our own bugs, for bad input of users, and for drivers.
@@ -103,6 +105,14 @@ class LeaseError(ProgramError):
     """Another coordinator controls the arm, or the lease has lapsed."""
 
 
+class StoppedError(ProgramError):
+    """A move that is waited for was stopped, or dropped from the queue, before its goal."""
+
+
+class TrackingError(ProgramError):
+    """The arm could not follow its path, and has come to rest beside it."""
+
+
 class LinkError(RfmsError):
     """The link to the server: an address, a key, or a server that does not answer."""
 
@@ -127,4 +137,4 @@ class PlantError(RfmsError):
 
 
 class FaultError(RfmsError):
-    """A latched fault ended the run."""
+    """A latched fault has halted the arm; without a reset the run has failed."""

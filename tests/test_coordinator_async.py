@@ -136,7 +136,7 @@ def test_all_words_reach_the_server(socket: CoreSocket) -> None:
     kinds = [type(one).__name__.removesuffix("Request") for one in socket.requests]
     words = ["Pause", "Feed", "Resume", "Comply", "Lock", "ModeMessage", "ModeMessage", "Remove"]
     assert kinds[5:13] == words
-    assert kinds[13:17] == ["Stop", "Wait", "Gripper", "Wait"]
+    assert kinds[13:18] == ["Stop", "Wait", "OutcomeQuery", "Gripper", "Wait"]
 
 
 # --- parts side by side ------------------------------------------------------------------------
@@ -353,7 +353,7 @@ def test_a_lapse_ends_the_program(bench: ServerBench, socket: CoreSocket) -> Non
         socket.late_ns = 11 * SECOND
         await arm.sleep(10.0)
 
-    with pytest.raises(LeaseError, match="was not renewed in time"):
+    with pytest.raises(LeaseError, match="did not renew its lease in time"):
         run(program)
     assert bench.server.holder is None
 

@@ -11,6 +11,7 @@ from support.server import Running
 from rfms_can import coordinator
 from rfms_can.coordinator import Arm
 from rfms_can.messages import Query
+from rfms_can.messages.outcomes import OUTCOMES
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute
 from rfms_can.rig.serve import Listening
@@ -76,3 +77,12 @@ def test_settings_and_errors_are_all_on_the_page() -> None:
     errors = [name for name in coordinator.__all__ if name.endswith("Error")]
     missing = [name for name in (*settings, *errors) if f"`{name}`" not in text]
     assert missing == ["RfmsError"]
+
+
+def test_every_outcome_is_on_the_page_with_what_it_raises() -> None:
+    rows = re.findall(r"^\| `Outcome\.(\w+)` \|(.*)$", PAGE.read_text(encoding="utf-8"), re.M)
+    assert [name for name, _ in rows] == [how.name for how in OUTCOMES]
+    for name, told in rows:
+        error = OUTCOMES[coordinator.Outcome[name]].error
+        assert ("Error`" in told) == (error is not None)
+        assert error is None or f"`{error.__name__}`" in told

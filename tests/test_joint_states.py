@@ -162,6 +162,8 @@ PLAY: dict[tuple[Phase, PhaseEvent], Phase] = {
     **{(phase, PE.STOP): P.END for phase in Phase},
     **{(phase, PE.FAULT): P.HALT for phase in Phase if phase is not P.END},
     (P.END, PE.FAULT): P.END,
+    (P.HALT, PE.RESET): P.RESET,
+    (P.RESET, PE.RESTED): P.ROLL_CALL,
 }
 
 
@@ -175,8 +177,11 @@ def test_phases_go_where_the_table_says_or_raise(phase: Phase, event: PhaseEvent
         assert next_phase(phase, event) is expected
 
 
-def test_a_halted_master_can_only_end() -> None:
-    assert set(PHASES[P.HALT].values()) == {P.HALT, P.END}
+def test_a_halted_master_can_only_end_or_be_reset() -> None:
+    assert set(PHASES[P.HALT].values()) == {P.HALT, P.END, P.RESET}
+    ways = [(phase, event) for phase, row in PHASES.items() for event in row if row[event] is P.RUN]
+    assert ways == [(P.READY, PE.START)]
+    assert [phase for phase, row in PHASES.items() if PE.RESET in row] == [P.HALT]
     assert set(PHASES[P.END].values()) == {P.END}
 
 

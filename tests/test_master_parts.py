@@ -122,8 +122,9 @@ def test_after_the_end_there_is_nothing_to_stop() -> None:
 
 def test_a_fault_without_its_reason_is_a_bug_and_changes_nothing() -> None:
     machine = run_machine()
-    with pytest.raises(PhaseError, match=r"latch\(reason\)"):
-        machine.change(PhaseEvent.FAULT)
+    for event in (PhaseEvent.FAULT, PhaseEvent.RESET):
+        with pytest.raises(PhaseError, match=r"call latch\(\) or reset\(\)"):
+            machine.change(event)
     with pytest.raises(PhaseError, match="START in phase RUN"):
         machine.change(PhaseEvent.START)
     assert (machine.phase, machine.fault) == (Phase.RUN, None)

@@ -6,11 +6,28 @@ import signal
 from pathlib import Path
 
 import pytest
-from support.command_line import assert_none_left, end
+from support.command_line import (
+    assert_none_left,
+    at_a_terminal,
+    end,
+    kill,
+    processes_of,
+    start,
+)
 from support.server import LONG_S, Client, ServeProcess
 
 from rfms_can.errors import LinkError
-from rfms_can.messages import CycleReached, LeaseRequest, MoveOver, Query, WaitRequest
+from rfms_can.messages import (
+    CycleReached,
+    Enabled,
+    LeaseRequest,
+    MoveOver,
+    Outcome,
+    OutcomeQuery,
+    Query,
+    ResetRequest,
+    WaitRequest,
+)
 
 pytestmark = pytest.mark.processes
 
@@ -64,7 +81,9 @@ def test_real_time_goes_on_by_itself(runtime: Path) -> None:
         stopped = watcher.watch(lambda status: status.lease is None)
         assert stopped.fault is None
         rested = watcher.watch(lambda status: status.at_rest)
-        assert (rested.phase, rested.completed) == ("RUN", 0)
+        assert (rested.phase, rested.completed) == ("RUN", 1)
+        (outcome,) = watcher.done(OutcomeQuery(1, 1)).outcomes
+        assert outcome.how is Outcome.LAPSED
         numbers = watcher.done(Query("server")).server
         assert numbers is not None
         assert numbers.lapses == 1
@@ -77,7 +96,7 @@ def test_real_time_goes_on_by_itself(runtime: Path) -> None:
         assert json.loads(ended.out)["fault"] is None
 
 
-def test_an_emergency_stop_ends_it_with_one_line(runtime: Path) -> None:
+def test_an_emergency_stop_halts_it_until_a_person_lifts_it(runtime: Path) -> None:
     with ServeProcess("--bus", "hub:serve", "--clock", "realtime", "--rate", "25") as server:
         client, third = Client("rfms", "cell"), Client("rfms", "third")
         client.acquire(5.0)
@@ -87,9 +106,61 @@ def test_an_emergency_stop_ends_it_with_one_line(runtime: Path) -> None:
         refusal = client.reply(waiting).refusal
         assert refusal is not None
         assert refusal.reason == "emergency stop by 'third': 'smoke'"
+        client.done(LeaseRequest("release"))
+        refused = end(start("reset"))
+        assert (refused.code, len(refused.err.splitlines())) == (1, 1)
+        assert "a person lifts it at the server's command line" in refused.err
+        no_person = end(start("reset", "--lift-emergency-stop"))
+        assert (no_person.code, "no terminal" in no_person.err) == (1, True)
+        assert third.status().emergency, "a program does not lift it"
+        stays = at_a_terminal("no\n", "reset", "--lift-emergency-stop")
+        assert (stays.code, third.status().emergency) == (1, True)
+        lifted = at_a_terminal("lift\n", "reset", "--lift-emergency-stop")
+        assert lifted.code == 0, lifted
+        assert "emergency stop by 'third': 'smoke'" in lifted.out
+        status = third.watch(lambda status: status.phase == "RUN")
+        assert (status.fault, status.emergency) == (None, False)
+        third.acquire(5.0)
+        third.emergency("again")
+        third.watch(lambda status: status.fault is not None)
+        os.kill(server.process.pid, signal.SIGTERM)
         ended = end(server.process)
-        assert ended.code == 1
-        assert ended.err.splitlines() == ["rfms: emergency stop by 'third': 'smoke'"]
+        assert ended.code == 1, "it ended halted"
+        assert ended.err.splitlines() == ["rfms: emergency stop by 'third': 'again'"]
+        assert json.loads(ended.out)["reset_faults"] == ["emergency stop by 'third': 'smoke'"]
         for one in (client, third):
             one.close()
         assert_none_left(server.process.pid, within_s=LONG_S)
+
+
+def test_a_killed_joint_may_be_replaced_and_the_arm_reset(runtime: Path) -> None:
+    """The same server goes on: the joint that was started by hand homes, the others need not."""
+    with ServeProcess("--bus", "hub:serve", "--friction", "none") as server:
+        client = Client("rfms", "cell")
+        client.lease_s = 10.0
+        client.acquire()
+        waiting = client.send(WaitRequest([MoveOver(client.move(seconds=30.0))]))
+        client.watch(lambda status: status.stage == "LINEAR")
+        _, _, _, second, *_ = sorted(processes_of(server.process.pid))  # parent, hub, joint 1
+        os.kill(second, signal.SIGKILL)
+        refusal = client.reply(waiting).refusal
+        assert refusal is not None
+        assert "joint 2" in refusal.reason
+        client.done(ResetRequest())
+        again = client.wait(Enabled()).refusal
+        assert again is not None
+        assert again.reason.startswith("not on the bus: joint 2")
+        joint = start("joint", "2", "--bus", "hub:serve")
+        try:
+            client.done(ResetRequest())
+            reply = client.wait(Enabled())
+            assert (reply.refusal, reply.status.phase) == (None, "RUN")
+            sequence = client.move("on", seconds=1.0, z=0.01)
+            assert client.wait(MoveOver(sequence)).status.fault is None
+            (outcome,) = client.done(OutcomeQuery(sequence, sequence)).outcomes
+            assert outcome.how is Outcome.MADE
+        finally:
+            kill(joint)
+        client.close()
+        os.kill(server.process.pid, signal.SIGTERM)
+        end(server.process)

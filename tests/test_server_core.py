@@ -17,6 +17,8 @@ from rfms_can.messages import (
     ModeMessage,
     MoveOver,
     MoveRequest,
+    Outcome,
+    OutcomeQuery,
     PositionMessage,
     Query,
     Refusal,
@@ -118,7 +120,10 @@ def test_a_lapse_in_mid_motion_is_a_controlled_stop(bench: ServerBench, left: Co
     status = bench.server.status()
     assert (status.at_rest, status.waiting, status.fault) == (True, 0, None)
     assert status.phase == "RUN", "a controlled stop keeps the arm enabled"
-    assert status.completed < sequence, "the move was dropped on its way"
+    assert status.completed == second, "both are over: a program that polls goes on"
+    outcomes = left.done(OutcomeQuery(sequence, second)).outcomes
+    assert [outcome.how for outcome in outcomes] == [Outcome.LAPSED, Outcome.LAPSED]
+    assert outcomes[0].reason == "'left cell' did not renew its lease"
     assert bench.server.numbers().lapses == 1
     assert bench.server.events[-1].endswith("the arm is brought to rest")
     assert not bench.server.time_may_pass
@@ -383,7 +388,7 @@ def test_an_emergency_stop_acts_within_one_cycle(
     bench.frames.clear()
     bench.cycles(125)
     assert wire.id(Setpoint, 1) not in {frame.id for frame in bench.frames}
-    assert bench.server.time_may_pass
+    assert not bench.server.time_may_pass, "it rests: time stands until a reset"
     assert all(bench.master.arm_state.braked)
     assert bench.server.status().fault == fault
     assert left.refused(StopRequest()) == Refusal("FaultError", fault)

@@ -22,8 +22,12 @@ from rfms_can.messages import (
     MAX_BYTES,
     CycleReached,
     LeaseRequest,
+    MoveOutcome,
     MoveOver,
+    Outcome,
+    OutcomeQuery,
     Query,
+    ResetRequest,
     StopRequest,
     TransformMessage,
     WaitRequest,
@@ -111,7 +115,9 @@ def test_a_client_killed_in_mid_motion(running: Running) -> None:
     assert status.fault is None
     status = watcher.watch(lambda status: status.at_rest)
     assert (status.phase, status.fault, status.waiting) == ("RUN", None, 0)
-    assert status.completed == 0, "it did not arrive: it was stopped on its way"
+    assert status.completed == 1, "it is over"
+    (outcome,) = watcher.done(OutcomeQuery(1, 1)).outcomes
+    assert outcome == MoveOutcome(1, Outcome.LAPSED, "'killed' did not renew its lease")
     watcher.acquire()  # the arm can be had again
     watcher.done(LeaseRequest("release"))
     assert running.end().numbers.lapses == 1
@@ -129,7 +135,8 @@ def test_an_emergency_stop_from_a_third_client(running: Running) -> None:
     assert refusal is not None
     assert (refusal.error, refusal.reason) == ("FaultError", fault)
     assert right.watch(lambda status: status.fault is not None).fault == fault
-    served = running.join()
+    assert left.refused(ResetRequest()).error == "FaultError"
+    served = running.end()
     assert str(served.fault) == fault
     assert served.numbers.emergencies == 1
 
@@ -208,7 +215,7 @@ def test_garbage_on_raw_sockets(running: Running) -> None:
             shout(path, data)
     after = client.ask(Query()).status
     assert after.refused > 0, "some of it was well-formed ZMTP"
-    assert msgspec.structs.replace(after, refused=before.refused) == before
+    assert msgspec.structs.replace(after, refused=before.refused, issued=before.issued) == before
     assert client.wait(MoveOver(sequence)).status.completed == sequence
     assert running.client("other").ask(Query()).status.fault is None
 

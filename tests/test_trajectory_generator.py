@@ -14,6 +14,7 @@ from rfms_can.master.trajectory.goal import FixedGoal
 from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.master.trajectory.segment import Move, whole_ticks
 from rfms_can.master.trajectory.states import TRANSITIONS, Event, Stage, following
+from rfms_can.messages import Outcome
 from rfms_can.setpoint.history import window_for
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
@@ -248,7 +249,7 @@ def test_a_stopped_arm_is_enabled_where_it_stands_and_moves_on() -> None:
     rig.move(JOINT, "W1", 1.0, 0.2)
     rig.run_to(Stage.BLEND)
     assert rig.generator.stop() == (1,)
-    with pytest.raises(MoveError, match="is stopping"):
+    with pytest.raises(MoveError, match="the arm is stopping: wait until it rests"):
         rig.move(JOINT, "W2", 1.0, 0.2)
     assert rig.generator.stop() == ()
     rig.run_to(Stage.STOP)
@@ -296,7 +297,13 @@ def test_at_rest_or_on_the_way_there_a_stop_only_drops_what_waits() -> None:
     rig.move(JOINT, "W2", 1.0, 0.2)
     assert rig.generator.stop() == (3,)
     rig.finish()
-    assert rig.generator.completed == 2
+    assert rig.generator.completed == 3
+    outcomes = rig.generator.outcomes.of(1, 3)
+    assert [outcome.how for outcome in outcomes] == [
+        Outcome.STOPPED,
+        Outcome.MADE,
+        Outcome.STOPPED,
+    ]
 
 
 def test_disabling_ends_the_set_points_at_once() -> None:

@@ -241,7 +241,7 @@ def test_a_stop_in_a_pause_moves_nothing_and_the_next_move_starts_from_rest(at: 
     rig.run(2)
     assert rig.q[-1] == stood
     assert rig.generator.stopped
-    with pytest.raises(MoveError, match="is stopping: enable it first"):
+    with pytest.raises(MoveError, match="the arm is stopping: wait until it rests"):
         rig.move(JOINT, "W1", 1.0, 0.2)
     rig.generator.resume()
     enable_here(rig)

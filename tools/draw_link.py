@@ -3,6 +3,7 @@
 import inspect
 import re
 from collections.abc import Sequence
+from enum import EnumType
 from types import NoneType, UnionType
 from typing import Annotated, Any, Final, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -14,9 +15,12 @@ from rfms_can.messages import (
     AnyCondition,
     AnyFunction,
     ArmRequest,
+    EmergencyLift,
     EmergencyStop,
     Envelope,
     LeaseRequest,
+    MoveOutcome,
+    OutcomeQuery,
     PlannedMove,
     Query,
     Refusal,
@@ -31,16 +35,17 @@ from rfms_can.messages import (
 GROUPS: Final[tuple[tuple[str, str, tuple[Any, ...]], ...]] = (
     ("Envelope", "What a coordinator sends to `requests`.", (Envelope,)),
     ("Requests that need the lease", "", get_args(ArmRequest)),
-    ("Requests that do not", "", (LeaseRequest, Query, WaitRequest)),
+    ("Requests that do not", "", (LeaseRequest, Query, OutcomeQuery, WaitRequest)),
     ("Conditions of a WAIT", "", get_args(AnyCondition)),
     ("Functions of a functional transform", "", (*get_args(AnyFunction), TableRow)),
     (
         "Replies",
         "What comes back.",
-        (Reply, Answer, PlannedMove, Refusal, WorldNames, ServerNumbers),
+        (Reply, Answer, PlannedMove, Refusal, MoveOutcome, WorldNames, ServerNumbers),
     ),
     ("Status", "What `status` broadcasts after every cycle; also part of every reply.", (Status,)),
     ("Emergency stop", "What `emergency` takes.", (EmergencyStop,)),
+    ("Operator", "What `operator` takes.", (EmergencyLift,)),
 )
 """The messages, as they are told apart: heading, a line about them, classes."""
 
@@ -70,6 +75,9 @@ def kind(hint: Any) -> str:
             text = f"list of {kind(arguments[0])}"
         case origin if origin is dict:
             text = f"{kind(arguments[0])} to {kind(arguments[1])}"
+        case _ if isinstance(hint, EnumType):
+            members: list[Any] = list(hint.__members__.values())
+            text = " | ".join(f'"{member.value}"' for member in members)
         case _:
             text = _PLAIN.get(hint) or name(hint)
     return text

@@ -17,6 +17,7 @@ from rfms_can.cli.identify import identify
 from rfms_can.cli.kin import kin
 from rfms_can.cli.nodes import gripper, joint, master, plant
 from rfms_can.cli.plot import plot
+from rfms_can.cli.reset import reset
 from rfms_can.cli.run import run
 from rfms_can.cli.serve import keys, serve
 from rfms_can.cli.stability import stability
@@ -40,6 +41,7 @@ for _verb in (
     serve,
     keys,
     coordinate,
+    reset,
     up,
     master,
     joint,

@@ -105,6 +105,8 @@ def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:
         load = f"measured {100 * result.bus_load:.1f} %"
     yield "bus load", ", ".join(filter(None, (load, bound)))
     yield "frames", str(result.frames)
+    for k, fault in enumerate(result.reset_faults):
+        yield "" if k else "faults reset", fault
     if result.scene is not None:
         yield from _scene_rows(result.scene)
     for k, words in enumerate(result.reported):

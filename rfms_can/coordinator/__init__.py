@@ -21,10 +21,21 @@ from rfms_can.errors import (
     MoveError,
     ProgramError,
     RfmsError,
+    StoppedError,
+    TrackingError,
     TransformError,
 )
 from rfms_can.link.keys import ClientKeys
-from rfms_can.messages import Circular, Linear, Status, Table, TableRow, Weave
+from rfms_can.messages import (
+    Circular,
+    Linear,
+    MoveOutcome,
+    Outcome,
+    Status,
+    Table,
+    TableRow,
+    Weave,
+)
 from rfms_can.transform import Transform
 
 __all__ = [
@@ -45,13 +56,17 @@ __all__ = [
     "ModeError",
     "ModeSettings",
     "MoveError",
+    "MoveOutcome",
     "MovePlan",
+    "Outcome",
     "ProgramError",
     "RfmsError",
     "SelectionError",
     "Status",
+    "StoppedError",
     "Table",
     "TableRow",
+    "TrackingError",
     "Transform",
     "TransformError",
     "Weave",

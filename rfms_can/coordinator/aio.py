@@ -18,11 +18,16 @@ from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper
 from rfms_can.coordinator.link import AsyncLink
 from rfms_can.coordinator.mode_settings import ModeSettings
+from rfms_can.coordinator.moves import Moves
+from rfms_can.coordinator.stopping import judge
 from rfms_can.coordinator.view import ArmView
 from rfms_can.errors import ProgramError
 from rfms_can.messages import (
     AnyFunction,
+    Enabled,
+    MoveOutcome,
     PauseRequest,
+    ResetRequest,
     ResumeRequest,
     StopRequest,
     TareRequest,
@@ -39,8 +44,8 @@ class AsyncArm(ArmView):
         gripper: of the arm.
     """
 
-    def __init__(self, link: AsyncLink) -> None:
-        super().__init__(link)
+    def __init__(self, link: AsyncLink, moves: Moves | None = None) -> None:
+        super().__init__(link, moves)
         self._link = link
         self.gripper = AsyncGripper(link)
 
@@ -125,6 +130,12 @@ class AsyncArm(ArmView):
         await self._link.request(StopRequest())
         await self.wait()
 
+    async def reset(self) -> None:
+        """See :meth:`Arm.reset`."""
+        await self._link.request(ResetRequest())
+        self._moves.tell()
+        await self._link.wait(Enabled())
+
     async def pause(self) -> None:
         """See :meth:`Arm.pause`."""
         await self._link.request(PauseRequest())
@@ -163,6 +174,12 @@ class AsyncArm(ArmView):
     async def wait(self, sequence: int | None = None) -> None:
         """See :meth:`Arm.wait`; without a timeout: another part may resume or stop the arm."""
         await self._link.wait(self._moves.over(sequence))
+        await judge(self._link, self._moves, sequence)
+
+    async def outcome(self, sequence: int) -> MoveOutcome:
+        """See :meth:`Arm.outcome`."""
+        number = self._moves.number(sequence)
+        return (await self._link.outcomes(number, number))[0]
 
     async def sleep(self, seconds: float) -> None:
         """See :meth:`Arm.sleep`."""

@@ -24,6 +24,8 @@ from rfms_can.messages import (
     AnyRequest,
     ArmRequest,
     LeaseRequest,
+    MoveOutcome,
+    OutcomeQuery,
     Reply,
     Status,
     StopRequest,
@@ -94,6 +96,10 @@ class AsyncRemoteLink:
         """Let time advance until one of the conditions holds, for this part of the program."""
         await self._parts.wait(any_of)
 
+    async def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """How moves ended; see ``Link.outcomes``."""
+        return (await self._in_turn(OutcomeQuery(first, last))).outcomes
+
     async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
         """Run coroutines as parts of one program; see ``Parts.run``."""
         return await self._parts.run(parts)
@@ -162,7 +168,7 @@ class AsyncRemoteLink:
         try:
             self._parts.woken(asked, answer_of(reply).held)
         except RfmsError as error:
-            self._parts.fail(error)
+            self._parts.refused(asked, error)
 
     async def _renew(self) -> None:
         while True:

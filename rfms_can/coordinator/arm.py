@@ -25,12 +25,16 @@ from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
 from rfms_can.coordinator.mode_settings import ModeSettings
-from rfms_can.coordinator.stopping import wait_for
+from rfms_can.coordinator.moves import Moves
+from rfms_can.coordinator.stopping import finish, wait_for
 from rfms_can.coordinator.view import ArmView
 from rfms_can.errors import ProgramError
 from rfms_can.messages import (
     AnyFunction,
+    Enabled,
+    MoveOutcome,
     PauseRequest,
+    ResetRequest,
     ResumeRequest,
     StopRequest,
     TareRequest,
@@ -47,8 +51,8 @@ class Arm(ArmView):
         gripper: of the arm.
     """
 
-    def __init__(self, link: Link) -> None:
-        super().__init__(link)
+    def __init__(self, link: Link, moves: Moves | None = None) -> None:
+        super().__init__(link, moves)
         self._link = link
         self.gripper = Gripper(link)
 
@@ -196,9 +200,28 @@ class Arm(ArmView):
         return self._moves.took(self._link.request(definitions.move(position, mode)))
 
     def stop(self) -> None:
-        """Bring the arm to rest on its path, drop the queued moves, and wait for rest."""
+        """Bring the arm to rest on its path, drop the queued moves, and wait for rest.
+
+        The moves it ends have the outcome ``stopped``: to wait for one of them by its number, now
+        or later, is a ``StoppedError``; ``wait()`` without a number is not.
+        """
         self._link.request(StopRequest())
         self.wait()
+
+    def reset(self) -> None:
+        """Leave a fault: reset the nodes, home what has lost its reference, enable; and wait.
+
+        The moves the fault ended stay ended. Transforms, positions and modes stay; the arm is rigid
+        and the gripper as it was, unless it had to be homed: then it is open.
+
+        Raises:
+            FaultError: the cause persists, or an emergency stop is in force, which only a person
+                lifts, at the command line.
+            ProgramError: there is no fault to leave.
+        """
+        self._link.request(ResetRequest())
+        self._moves.tell()
+        self._link.wait(Enabled())
 
     def pause(self) -> None:
         """Bring the arm to rest on its path and keep the moves; returns immediately."""
@@ -261,15 +284,28 @@ class Arm(ArmView):
     # --- time ---------------------------------------------------------------------------------
 
     def wait(self, sequence: int | None = None) -> None:
-        """Wait until a move is complete, or, without a number, until the arm is at rest.
+        """Wait until a move is over, or, without a number, until the arm is at rest.
 
-        A move is complete when the arm is at rest at its goal, or has begun the next move; a move
-        dropped by :meth:`stop`, when the arm is at rest.
+        A move is over when the arm is at rest at its goal, or has begun the next move; a move that
+        was stopped or dropped, when the arm is at rest. Returns only if it was made, or ended by
+        its guard; without a number also if the program has stopped its moves itself.
 
         Raises:
+            StoppedError: the move was stopped, or dropped from the queue.
+            LeaseError: the lease was lost, and the arm brought to rest.
+            FaultError: a fault has halted the arm, or has ended the move.
             ProgramError: no move has that number; or the arm is paused, or does not come to rest.
         """
-        wait_for(self._link, self._moves.over(sequence))
+        finish(self._link, self._moves, sequence)
+
+    def outcome(self, sequence: int) -> MoveOutcome:
+        """How a move ended, and why; ``how`` is ``Outcome.UNDER_WAY`` while it is not over.
+
+        Raises:
+            ProgramError: no move has that number, or it was too long ago.
+        """
+        number = self._moves.number(sequence)
+        return self._link.outcomes(number, number)[0]
 
     def sleep(self, seconds: float) -> None:
         """Wait for a time on the arm's clock, in whole control periods.

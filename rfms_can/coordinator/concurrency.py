@@ -85,6 +85,15 @@ class Parts:
                 self._asked = ()
             self.look()
 
+    def refused(self, asked: Sequence[Waiting], error: Exception) -> None:
+        """A wait was refused: the parts that are in it fail; they may wait for something else."""
+        if asked is self._asked:
+            self._asked = ()
+        for one in asked:
+            if one in self._waiting:
+                self._waiting.remove(one)
+                one.wake(error)
+
     def fail(self, error: Exception) -> None:
         """Fail all waiting parts: no wait will be answered any more."""
         self._failure = error

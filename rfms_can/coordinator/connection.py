@@ -9,9 +9,10 @@ import msgspec
 from rfms_can.coordinator.aio import AsyncArm
 from rfms_can.coordinator.aio_remote import AsyncRemoteLink
 from rfms_can.coordinator.arm import Arm
+from rfms_can.coordinator.moves import Moves
 from rfms_can.coordinator.program_link import AsyncProgramLink, ProgramLink
 from rfms_can.coordinator.remote import RemoteLink
-from rfms_can.coordinator.stopping import wait_for, wait_for_rest
+from rfms_can.coordinator.stopping import finish, judge, wait_for_rest
 from rfms_can.errors import RfmsError
 from rfms_can.link.address import DEFAULT_NAME
 from rfms_can.link.aio import AsyncClientSocket
@@ -35,7 +36,8 @@ def connect(
 ) -> Iterator[Arm]:
     """Take control of a server's arm; release it at rest at the end of the block.
 
-    At the end of the block the queued moves are completed; after an exception the arm is first
+    At the end of the block the queued moves are completed, and one that was not made is raised, as
+    by ``Arm.wait()``; after an exception the arm is first
     brought to rest on its path, and the exception is raised again. Threads take turns with the arm:
     while one waits, a request of another is blocked; use ``connect_async`` for concurrency. After
     the block every use of the arm is a ``ProgramError``.
@@ -62,10 +64,11 @@ def connect(
         link = RemoteLink(socket, name, lease_s, interrupted=ends, watch=watch)
         program = ProgramLink(link, interrupted=interrupted, program_runs=program_runs)
         link.acquire()
+        moves = Moves()
         try:
             with program:
-                yield Arm(program)
-            wait_for(link)
+                yield Arm(program, moves)
+            finish(link, moves)
         except BaseException:
             with suppress(RfmsError):  # the original error matters more; the lease lapses
                 link.stop_moving()
@@ -88,13 +91,14 @@ async def connect_async(
     in another thread (``asyncio.to_thread``).
     """
     async with AsyncClientSocket(server, keys) as socket:
-        link = AsyncRemoteLink(socket, name, lease_s)
+        link, moves = AsyncRemoteLink(socket, name, lease_s), Moves()
         try:
             await link.acquire()
             try:
                 with AsyncProgramLink(link) as program:
-                    yield AsyncArm(program)
+                    yield AsyncArm(program, moves)
                 await wait_for_rest(link)
+                await judge(link, moves)
             except BaseException:
                 with suppress(RfmsError):  # the original error matters more; the lease lapses
                     await link.stop_moving()

@@ -20,6 +20,8 @@ RENEWALS: Final = 3
 UNREAD: Final = 0
 """Serial number of the reply to an undecodable request; requests count from 1."""
 REALTIME: Final = "realtime"
+ENABLED: Final = "RUN"
+"""The phase in which the server's time passes."""
 CLOCK_DRIFT: Final = 1e-3
 """Largest assumed drift of the server's clock against ours, s/s."""
 
@@ -124,17 +126,18 @@ class Conversation:
         Raises:
             LinkError: it is not a valid status.
         """
-        status = self._decoded(_statuses, data)
-        if self._status is None or status.cycle > self._status.cycle:
-            self._note(status, now)
+        self._note(self._decoded(_statuses, data), now)
 
     @property
     def status(self) -> Status:
         """The newest known state of the arm.
 
         Raises:
-            LinkError: no state has been received yet.
+            LinkError: no state has been received yet, or the server has been given up: what it told
+                last is not the state any more.
         """
+        if self.lost is not None:
+            raise self.lost
         if self._status is None:
             raise self.silent()
         return self._status
@@ -163,10 +166,10 @@ class Conversation:
     def _note(self, status: Status, now: float) -> None:
         """Store a state unless it is older than the known one, and update the clock offset."""
         known = self._status
-        if known is not None and status.cycle < known.cycle:
+        if known is not None and status.issued < known.issued:
             return
         offset = now - status.time
-        if known is not None:
+        if known is not None and known.phase == status.phase == ENABLED:  # else its time stands
             offset = min(offset, self._offset + CLOCK_DRIFT * (now - self._heard))
         self._status, self._offset, self._heard = status, offset, now
 

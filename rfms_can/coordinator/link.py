@@ -3,7 +3,7 @@
 from collections.abc import Coroutine
 from typing import Any, Protocol
 
-from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status
+from rfms_can.messages import Answer, AnyCondition, ArmRequest, MoveOutcome, Status
 
 
 class State(Protocol):
@@ -37,6 +37,14 @@ class Link(State, Protocol):
             LinkError: the server does not answer.
         """
 
+    def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """How the moves of these numbers ended; also after a fault, or when the lease was lost.
+
+        Raises:
+            ProgramError: there are no such moves, or they are too long ago.
+            LinkError: the server does not answer.
+        """
+
 
 class AsyncLink(State, Protocol):
     """``Link`` for coroutines, several of which may wait concurrently."""
@@ -46,6 +54,9 @@ class AsyncLink(State, Protocol):
 
     async def wait(self, *any_of: AnyCondition) -> None:
         """As ``Link.wait``."""
+
+    async def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """As ``Link.outcomes``."""
 
     async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
         """Run coroutines as concurrent parts of one program; their results."""

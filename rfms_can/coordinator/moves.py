@@ -1,10 +1,19 @@
-"""The moves a program has requested: their numbers, and the server's plans for them."""
+"""The moves a program has requested: their numbers, the server's plans, and how they ended."""
 
 from collections import OrderedDict
+from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 from rfms_can.errors import ProgramError
-from rfms_can.messages import Answer, AnyCondition, AtRest, MoveOver, PlannedMove
+from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    AtRest,
+    MoveOutcome,
+    MoveOver,
+    PlannedMove,
+)
+from rfms_can.messages.outcomes import MAX_ASKED, OUTCOMES
 
 PLANS_KEPT: Final = 256
 
@@ -28,11 +37,12 @@ class MovePlan(NamedTuple):
 class Moves:
     """The moves of one program; the server's sequence numbers need not begin at 1."""
 
-    __slots__ = ("_count", "_last", "_plans")
+    __slots__ = ("_count", "_last", "_plans", "_told")
 
     def __init__(self) -> None:
         self._plans: OrderedDict[int, MovePlan] = OrderedDict()
         self._count = self._last = 0
+        self._told = 0  # the last move whose end the program has been told
 
     def took(self, answer: Answer) -> int:
         """Store an accepted move; its number."""
@@ -79,6 +89,51 @@ class Moves:
             return AtRest()
         self._check(sequence, "wait for")
         return MoveOver(sequence)
+
+    def number(self, sequence: int) -> int:
+        """The number of a move of this program.
+
+        Raises:
+            ProgramError: no move has that number.
+        """
+        self._check(sequence, "outcome of")
+        return sequence
+
+    def asked(self, sequence: int | None) -> tuple[int, int] | None:
+        """First and last of the moves whose end matters to who waits for one, or for rest.
+
+        Without a number these are the moves whose end the program has not been told, if any.
+        """
+        if sequence is not None:
+            return sequence, sequence
+        first = max(self._told, self._last - min(self._count, MAX_ASKED)) + 1
+        return (first, self._last) if first <= self._last else None
+
+    def tell(self) -> None:
+        """The program knows how all its moves so far ended."""
+        self._told = self._last
+
+    def judge(self, outcomes: Iterable[MoveOutcome], *, at_rest: bool = False) -> None:
+        """Raise what happened to moves that are waited for, once.
+
+        Args:
+            outcomes: how they ended, in order.
+            at_rest: whether the program waits for rest, not for the moves: that it has stopped
+                them itself is then no error.
+
+        Raises:
+            RfmsError: of the class that ``OUTCOMES`` has for the first that was not made.
+        """
+        for outcome in outcomes:
+            rule = OUTCOMES[outcome.how]
+            if rule.error is not None and not (at_rest and rule.requested):
+                self._told = self._last  # what was asked for after it has met the same
+                raise rule.error(
+                    f"move {outcome.sequence} did not reach its goal ({outcome.how.value}): "
+                    f"{outcome.reason}"
+                )
+            if at_rest and rule.over:
+                self._told = max(self._told, outcome.sequence)
 
     def _check(self, sequence: int, what: str) -> None:
         if not isinstance(sequence, int):

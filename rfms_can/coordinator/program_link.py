@@ -15,7 +15,14 @@ from rfms_can.coordinator.conversation import REALTIME
 from rfms_can.coordinator.link import AsyncLink, Link
 from rfms_can.coordinator.turns import Turns
 from rfms_can.errors import ProgramError
-from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status, TransformMessage
+from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    ArmRequest,
+    MoveOutcome,
+    Status,
+    TransformMessage,
+)
 
 STANDSTILL_S: Final = 5.0
 """Wall time for which a program may poll the arm while no cycle closes, s."""
@@ -133,6 +140,12 @@ class ProgramLink:
                 self._check()
                 raise
 
+    def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """See ``Link.outcomes``; raises as ``status`` does, since a loop may poll it."""
+        with self._turn():
+            self._polled()
+            return self._link.outcomes(first, last)
+
     def status(self) -> Status:
         """The arm's state; raises as ``request`` does, and ``KeyboardInterrupt``."""
         with self._turn():
@@ -209,6 +222,11 @@ class AsyncProgramLink:
         """See ``AsyncLink.wait``; also ``ProgramError`` after the end."""
         self._check()
         await self._link.wait(*any_of)
+
+    async def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """See ``ProgramLink.outcomes``."""
+        self.status()
+        return await self._link.outcomes(first, last)
 
     async def run(self, *parts: Coroutine[Any, Any, Any]) -> list[Any]:
         """See ``AsyncLink.run``; also ``ProgramError`` after the end."""

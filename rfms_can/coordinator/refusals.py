@@ -15,6 +15,8 @@ from rfms_can.errors import (
     ProgramError,
     RfmsError,
     SingularityError,
+    StoppedError,
+    TrackingError,
     TransformError,
     UnreachableError,
 )
@@ -32,6 +34,8 @@ ERRORS: Final[dict[str, type[RfmsError]]] = {
     "ProgramError": ProgramError,
     "SelectionError": SelectionError,
     "SingularityError": SingularityError,
+    "StoppedError": StoppedError,
+    "TrackingError": TrackingError,
     "TransformError": TransformError,
     "UnreachableError": UnreachableError,
 }

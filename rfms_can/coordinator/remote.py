@@ -28,6 +28,8 @@ from rfms_can.messages import (
     AnyRequest,
     ArmRequest,
     LeaseRequest,
+    MoveOutcome,
+    OutcomeQuery,
     Reply,
     Status,
     StopRequest,
@@ -136,6 +138,11 @@ class RemoteLink:
                 answer_of(self._awaited(wait))
             finally:
                 self._waiting, self._early = 0, None
+
+    def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """How moves ended; see ``Link.outcomes``."""
+        with self._lock:
+            return self._exchange(OutcomeQuery(first, last)).outcomes
 
     def status(self) -> Status:
         """The newest state of the arm, of the last reply or a later broadcast."""

@@ -1,8 +1,9 @@
-"""Waiting with a timeout for an arm that is paused or does not come to rest."""
+"""Waiting for moves: how long, where the arm is paused or does not rest, and how they ended."""
 
 from typing import Final
 
 from rfms_can.coordinator.link import AsyncLink, Link
+from rfms_can.coordinator.moves import Moves
 from rfms_can.errors import ProgramError
 from rfms_can.messages import AnyCondition, AtRest, CycleReached, Status
 
@@ -40,6 +41,32 @@ async def wait_for_rest(link: AsyncLink) -> None:
         before = link.status()
         await link.wait(*stopped(before))
         waits = _waits(before, link.status())
+
+
+def finish(link: Link, moves: Moves, sequence: int | None = None) -> None:
+    """Wait until a move is over, or for rest, and raise what happened if it was not made.
+
+    Args:
+        link: to the server.
+        moves: of the program.
+        sequence: number of the move; None: until the arm rests.
+
+    Raises:
+        ProgramError: see ``wait_for``; ``StoppedError``: the move was stopped.
+        LeaseError: the move ended because the lease had lapsed.
+        FaultError: a fault ended it.
+    """
+    wait_for(link, moves.over(sequence))
+    asked = moves.asked(sequence)
+    if asked is not None:
+        moves.judge(link.outcomes(*asked), at_rest=sequence is None)
+
+
+async def judge(link: AsyncLink, moves: Moves, sequence: int | None = None) -> None:
+    """Raise what happened to moves that are over, for a program of coroutines; see ``finish``."""
+    asked = moves.asked(sequence)
+    if asked is not None:
+        moves.judge(await link.outcomes(*asked), at_rest=sequence is None)
 
 
 def _later(status: Status) -> CycleReached:

@@ -30,10 +30,10 @@ class ArmView:
         t6: the arm itself, in position equations.
     """
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: State, moves: Moves | None = None) -> None:
         self.t6 = Expression(T6)
         self._state = state
-        self._moves = Moves()
+        self._moves = moves or Moves()
         self._references: dict[str, Predict] = {}
 
     @property

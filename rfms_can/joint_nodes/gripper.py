@@ -1,6 +1,7 @@
 """The gripper node: opens and closes the jaw through its own board (Table 6.1's seventh node).
 
-It homes by opening to the end stop, which is its reference; then it drives the jaw with the force
+It homes by opening to the end stop, which is its reference, and at once where it knows that from
+before, as after a reset: it does not let go of what it holds. Then it drives the jaw with the force
 the master commands until it rests against a stop or a part. It answers every cycle, like a joint.
 """
 
@@ -102,7 +103,9 @@ class GripperController:
         if node.reaction is Reaction.OFF:
             return  # silent: the brake is on
         force = 0.0
-        if node.state is NodeState.HOMING:
+        if node.state is NodeState.HOMING and self._open_counts is not None:
+            node.change(Event.HOMED)
+        elif node.state is NodeState.HOMING:
             force = HOMING_FRACTION * self._limit
             if self.resting >= AT_REST_CYCLES:
                 self._open_counts = counts

@@ -2,6 +2,7 @@
 
 A NAME stands for three Unix sockets, ``requests``, ``status`` and ``emergency``, in a directory
 only its owner can enter (``rendezvous.py``); ``tcp://ADDRESS:PORT`` for PORT and the two after it.
+A fourth, ``operator``, is a Unix socket alone: what a person does at the server's machine.
 """
 
 import ipaddress
@@ -14,6 +15,7 @@ from rfms_can.link.rendezvous import Rendezvous, running_names
 
 DEFAULT_NAME: Final = "rfms"
 SOCKETS: Final = ("requests", "status", "emergency")
+OPERATOR: Final = "operator"
 LONGEST_PATH: Final = 107
 """Longest path of a Unix socket, bytes (``sun_path`` of unix(7), without the final zero)."""
 LAST_PORT: Final = 65_533
@@ -59,13 +61,13 @@ def rendezvous_of(name: str) -> Rendezvous:
 
 
 def socket_paths(name: str) -> tuple[Path, ...]:
-    """The paths of a server's Unix sockets, in the order of ``SOCKETS``.
+    """The paths of a server's Unix sockets, in the order of ``SOCKETS``; last the operator's.
 
     Raises:
         LinkError: an invalid name, or paths too long for Unix sockets.
     """
     directory = rendezvous_of(name).directory
-    paths = tuple(directory / socket for socket in SOCKETS)
+    paths = tuple(directory / socket for socket in (*SOCKETS, OPERATOR))
     longest = max(len(str(path).encode()) for path in paths)
     if longest > LONGEST_PATH:
         raise LinkError(
@@ -77,7 +79,25 @@ def socket_paths(name: str) -> tuple[Path, ...]:
 
 def ipc_endpoints(name: str) -> Endpoints:
     """ZeroMQ's names of a server's Unix sockets."""
-    return Endpoints(*(f"ipc://{path}" for path in socket_paths(name)))
+    return Endpoints(*(f"ipc://{path}" for path in socket_paths(name)[: len(SOCKETS)]))
+
+
+def operator_endpoint(name: str) -> str:
+    """ZeroMQ's name of the operator's socket of a running server.
+
+    Raises:
+        LinkError: no server of that name runs, or its directory is open to other users.
+    """
+    endpoints_of(_local(name))
+    return f"ipc://{socket_paths(name)[-1]}"
+
+
+def _local(name: str) -> str:
+    if "://" in name:
+        raise LinkError(
+            f"{name}: the operator's socket is on the server's machine alone: give its NAME there"
+        )
+    return name
 
 
 def tcp_address(text: str) -> TcpAddress:

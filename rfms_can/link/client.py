@@ -11,7 +11,7 @@ from typing import Final, Self
 import zmq
 
 from rfms_can.errors import LinkError
-from rfms_can.link.address import Endpoints, endpoints_of
+from rfms_can.link.address import Endpoints, endpoints_of, operator_endpoint
 from rfms_can.link.keys import ClientKeys
 from rfms_can.messages import MAX_BYTES
 
@@ -122,6 +122,27 @@ class ClientSocket:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def send_as_operator(name: str, data: bytes) -> None:
+    """Hand a message to the server of this name, on this machine, as the person who runs it.
+
+    Raises:
+        LinkError: no server of that name runs here, or it did not take the message in time.
+    """
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    socket = context.socket(zmq.PUSH)
+    try:
+        socket.linger = HAND_OVER_MS
+        socket.setsockopt(zmq.IMMEDIATE, 1)
+        socket.sndtimeo = HAND_OVER_MS
+        socket.connect(operator_endpoint(name))
+        socket.send(checked_length(data))
+    except zmq.ZMQError as error:
+        raise LinkError(f"server {name!r} did not take it: {error}; see whether it runs") from error
+    finally:
+        socket.close()
+        context.term()
 
 
 def checked_length(data: bytes) -> bytes:

@@ -1,5 +1,7 @@
 """A server's sockets: requests in and replies out, status broadcasts, emergency stops in.
 
+What a person does at the server's machine comes on a socket of its own, never over TCP.
+
 Nothing here blocks on a peer: a reply to a disconnected peer is dropped, and a slow subscriber of
 the status misses some of it. A message longer than ``MAX_BYTES`` closes its connection unread.
 """
@@ -69,6 +71,7 @@ class ServerSocket:
         self._poll_again = True
         self._status = self._make(zmq.PUB, STATUS_QUEUED)
         self._emergency = self._make(zmq.PULL, REQUESTS_QUEUED)
+        self._operator = self._make(zmq.PULL, REQUESTS_QUEUED)
         try:
             self._bind_paths()
             if tcp is not None:
@@ -77,9 +80,8 @@ class ServerSocket:
             self.close()
             raise
         self._poller = zmq.Poller()
-        self._poller.register(self._emergency, zmq.POLLIN)
-        self._poller.register(self._requests, zmq.POLLIN)
-        for socket in (self._emergency, self._requests):
+        for socket in (self._emergency, self._operator, self._requests):
+            self._poller.register(socket, zmq.POLLIN)
             self._epoll.register(socket.fileno(), select.EPOLLIN)
 
     @property
@@ -97,7 +99,7 @@ class ServerSocket:
         """Bind the Unix sockets, with the owner's permissions from the start."""
         before = os.umask(0o177)
         try:
-            for socket, path in zip(self._sockets, self._paths, strict=True):
+            for socket, path in zip((*self._sockets, self._operator), self._paths, strict=True):
                 path.unlink(missing_ok=True)
                 socket.bind(f"ipc://{path}")
         except (OSError, zmq.ZMQError) as error:
@@ -140,9 +142,16 @@ class ServerSocket:
 
     def emergencies(self) -> Iterator[bytes]:
         """Received emergency stops; a message of several parts gives an empty one."""
+        return self._pulled(self._emergency)
+
+    def operators(self) -> Iterator[bytes]:
+        """Received messages of a person at this machine, as :meth:`emergencies`."""
+        return self._pulled(self._operator)
+
+    def _pulled(self, socket: "zmq.Socket[bytes]") -> Iterator[bytes]:
         for _ in range(AT_ONCE):
             try:
-                parts = self._emergency.recv_multipart(zmq.NOBLOCK)
+                parts = socket.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
             yield parts[0] if len(parts) == 1 else b""
@@ -173,7 +182,7 @@ class ServerSocket:
     def close(self) -> None:
         """Disconnect all peers and release the name."""
         self._epoll.close()
-        for socket in self._sockets:
+        for socket in (*self._sockets, self._operator):
             socket.close()
         if self._authenticator is not None:
             self._authenticator.stop()

@@ -40,6 +40,7 @@ EXPECTED: Final[dict[Phase, int]] = complete(
         Phase.READY: _BOARDS,
         Phase.RUN: _BOARDS | _bits("ERROR", JOINTS) | _bits("DAC", _SERVOS),
         Phase.HALT: _BOARDS,
+        Phase.RESET: _BOARDS,
         Phase.END: _BOARDS,
     },
     CYCLING,

@@ -23,6 +23,7 @@ class ArmState:
     """
 
     def __init__(self, parameters: Mapping[int, Mapping[Parameter, float]]) -> None:
+        self._parameters = parameters
         self._encoders = [EncoderReference(parameters[joint]) for joint in JOINTS]
         self._measures: list[Measure | None] = [None] * len(JOINTS)
         self.q = [0.0] * len(JOINTS)
@@ -49,6 +50,10 @@ class ArmState:
             self.q[index] = encoder.angle(measure.counts)
         else:
             self.q[index] = encoder.coarse_angle(reference.coarse_adc)
+
+    def forget(self, joint: int) -> None:
+        """Joint 1 to 6 homes again: its reference is of no use any more."""
+        self._encoders[joint - 1] = EncoderReference(self._parameters[joint])
 
     def jaw_opening(self, gripper: Gripper) -> float:
         """Opening of the jaw, m, once ``open_counts`` are known."""

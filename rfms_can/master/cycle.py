@@ -17,15 +17,17 @@ from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.statistics import RunStatistics
-from rfms_can.master.stillness import Stillness
+from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
 from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import HEARTBEAT_EVERY
+from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY
 from rfms_can.wire.vocabulary import Command, NodeState
 
 BRAKING_CYCLES: Final = 12
 """Cycles the master waits for the brakes after STOP before it ends all the same."""
+SETTLING_CYCLES: Final = 125
+"""Cycles after which a halted arm that still moves is not waited for any more."""
 SILENCE_COUNTS: Final = 4
 """What a cycle without answers counts for then: in lockstep each takes as long as the barrier."""
 
@@ -86,6 +88,7 @@ class ControlCycle:
         number: cycle under way, as SYNC counts; restarts at 0 when the arm is enabled.
         closed: cycles closed since the first SYNC: programs wait by it.
         sent: the set-point sent last.
+        halted: cycles closed since the last fault.
     """
 
     def __init__(
@@ -97,6 +100,7 @@ class ControlCycle:
         self.number = -1
         self.closed = 0
         self.sent = SentSetpoint(0, -1, 0)
+        self.halted = 0
         self._machine = parts.machine
         self._timer = parts.timer
         self._inputs = parts.inputs
@@ -111,6 +115,7 @@ class ControlCycle:
         self._beat = beat
         self._restart_counters = restart_counters
         self._next: Outgoing | None = None  # made when a cycle is closed
+        self._now_ns = 0  # when the last cycle was closed
         self._ending = 0  # cycles since the arm was disabled
 
     def begin(self, began_ns: int, now_ns: int, out: list[Frame]) -> None:
@@ -122,7 +127,7 @@ class ControlCycle:
             out: takes the frames.
         """
         machine, timer = self._machine, self._timer
-        if timer.stopped:
+        if timer.stopped or not machine.cycling:
             return
         timer.begin(began_ns)
         cycle = self.number = self.number + 1
@@ -148,6 +153,7 @@ class ControlCycle:
         """
         inputs, requests, phase = self._inputs, self._requests, self._machine.phase
         self.closed += 1
+        self.halted += 1
         self._stillness.watch(inputs.arm_state)
         if phase is Phase.RUN:
             self._statistics.cycles += 1
@@ -159,13 +165,15 @@ class ControlCycle:
             if not guarded:
                 force.guards.end()
             force.sense(inputs.take_reading(), inputs.torques, motion.commanded, q, model, guarded)
-            if force.close(motion.force_request, q, inputs.errors, model, in_force):
-                motion.end_guarded()
+            reached = force.close(motion.force_request, q, inputs.errors, model, in_force)
+            if reached:
+                motion.end_guarded(reached)
             violation = force.comply.limit_violation()
             if violation:
                 self.halt(violation, out)
             else:
                 self._make_setpoint()
+        self._now_ns = now_ns
         _TRANSITIONS[phase](self, out)  # below: how each phase may end
         if self._timer.close():
             self.begin(now_ns, now_ns, out)
@@ -174,20 +182,34 @@ class ControlCycle:
         """The time of the cycle is over, and an answer is missing."""
         missing, lost = self._inputs.give_up(self.number)
         self._statistics.miss(missing)
-        if self._machine.phase is Phase.END:
+        phase = self._machine.phase
+        if phase is Phase.END:
             self._ending += SILENCE_COUNTS
-        elif lost:
+        elif lost and phase is not Phase.RESET:  # who is missing is seen when all are called
             self.halt(lost, out)
         self.close(now_ns, out)
 
-    def halt(self, reason: str, out: list[Frame]) -> None:
-        """Latch a fault: every node stops, and stays stopped."""
+    def halt(self, reason: str, out: list[Frame], *, emergency: bool = False) -> None:
+        """Latch a fault: every node stops, and stays stopped; see ``PhaseMachine.latch``."""
         cycling = self._machine.cycling
-        if self._machine.latch(reason):
-            self._motion.generator.disable()
+        if self._machine.latch(reason, emergency=emergency):
+            self.halted = 0
+            self._motion.generator.disable(reason)
             out.append(self._broadcast.command(Command.QUICKSTOP))
             if not cycling:
                 self._timer.stop()
+
+    @property
+    def settled(self) -> bool:
+        """Whether a halted arm has come to rest since the fault, or is not waited for any more."""
+        rests = self._stillness.arm and self.halted >= STILL_CYCLES
+        return self._timer.stopped or rests or self.halted >= SETTLING_CYCLES
+
+    def call_nodes(self, at_ns: int) -> None:
+        """The way out of a fault: all nodes are reset, and called as at the start."""
+        self._machine.change(PhaseEvent.RESTED)
+        self._bring_up.restart()
+        self._timer.retry(at_ns)
 
     @property
     def in_progress(self) -> int:
@@ -229,6 +251,14 @@ class ControlCycle:
             out.append(self._broadcast.command(Command.RESET if halted else Command.STOP))
             self._machine.change(PhaseEvent.STOP)
 
+    def _reset_at_rest(self, out: list[Frame]) -> None:
+        """RESET lets go of the joints: they must stand still."""
+        if self._requests.stop_requested:
+            out.append(self._broadcast.command(Command.RESET))
+            self._machine.change(PhaseEvent.STOP)
+        elif self.settled:
+            self.call_nodes(self._now_ns)
+
     def _await_brakes(self, _out: list[Frame]) -> None:
         """The run ends when the brakes hold, or when they do not for too long."""
         self._ending += 1
@@ -240,7 +270,9 @@ class ControlCycle:
         state = self._inputs.arm_state
         self._motion.enable(state.q)
         self._force.reset()
-        state.open_counts = state.jaw_counts  # homing has left it there
+        if GRIPPER in self._bring_up.unreferenced:
+            state.open_counts = state.jaw_counts  # homing has left it there
+            self._requests.release_jaw()
         self._machine.change(PhaseEvent.START)
         out.append(self._broadcast.command(Command.START))
         self._restart_counters()
@@ -254,6 +286,7 @@ _TRANSITIONS: Final = complete(
         Phase.READY: ControlCycle._start_or_stop,
         Phase.RUN: ControlCycle._stop_on_request,
         Phase.HALT: ControlCycle._stop_on_request,
+        Phase.RESET: ControlCycle._reset_at_rest,
         Phase.END: ControlCycle._await_brakes,
     },
     CYCLING,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from rfms_can.arm import Arm
-from rfms_can.errors import KinematicsError, MoveError, ProgramError
+from rfms_can.errors import KinematicsError, MoveError, ProgramError, TrackingError
 from rfms_can.kinematics import (
     Configuration,
     Joints,
@@ -30,6 +30,7 @@ from rfms_can.messages import (
     Message,
     ModeMessage,
     MoveRequest,
+    Outcome,
     PauseRequest,
     PositionMessage,
     RemoveRequest,
@@ -83,6 +84,7 @@ class Motion:
         self._requested = RequestedCompliance()
         self.force_request: ForceRequest | None = None
         self.stopped_short: str | None = None
+        self._untold: str | None = None  # the arm stopped short at rest: no move tells
         self._blend = blend
         self._brake: Brake | None = None
         self._lag = Lag(arm, period_s)
@@ -104,6 +106,7 @@ class Motion:
         """Hold where the encoders say the arm is (rad), without a move or a force request."""
         self._hold(q)
         self._lag.reset(q)
+        self._requested.forget()
         self.force_request = None
 
     def _hold(self, q: Sequence[float]) -> None:
@@ -124,13 +127,18 @@ class Motion:
         self._requested.forget()
         self.world = WorldModel(self.world.configuration, self._period)
         self._moves.forget()
+        self._untold = None
 
     def handle(self, message: Message) -> Answer:
         """Do what a program asks.
 
         Raises:
-            ProgramError: the request is refused; nothing has changed.
+            ProgramError: the request is refused; nothing has changed. A ``TrackingError`` tells
+                once that the arm no longer follows the goal it had come to.
         """
+        if self._untold is not None:
+            untold, self._untold = self._untold, None
+            raise TrackingError(untold)
         act = self._acts.get(type(message))
         if act is None:
             raise ProgramError(f"{type(message).__name__} is not a request for motion")
@@ -173,9 +181,17 @@ class Motion:
         self.world.remove(former)
 
     def _stop(self, _: StopRequest) -> None:
-        """Come to rest on the path; goals that move by themselves come to rest as well."""
-        self.generator.stop()
+        self.stop(Outcome.STOPPED, "stopped by stop()")
+
+    def stop(self, how: Outcome, reason: str) -> None:
+        """Come to rest on the path; goals that move by themselves come to rest as well.
+
+        Args:
+            how: the outcome of the moves that are stopped or dropped.
+            reason: who or what stops them.
+        """
         generator = self.generator
+        generator.stop(how, reason)
         active = self._moves.active(generator.sequence, len(generator.active_goals) - 1)
         names = (name for move in active for name in move.position.references)
         for name in dict.fromkeys(names):
@@ -244,9 +260,11 @@ class Motion:
             request.specification.guard.active and not self.is_over(request.sequence)
         )
 
-    def end_guarded(self) -> None:
+    def end_guarded(self, reason: str) -> None:
         """The guard of the move under way has tripped: come to rest on the path."""
-        self.generator.stop()
+        generator = self.generator
+        generator.outcomes.ends((generator.sequence,), Outcome.GUARDED, reason)
+        generator.stop(Outcome.GUARDED, reason)
 
     def _limits(self, transform: str) -> Limits | None:
         """What a jump of a transform may add to the motion under way, or to the one settled next.
@@ -310,7 +328,8 @@ class Motion:
         """The joints cannot follow the path any further: come to rest beside it."""
         commanded, generator = self.commanded, self.generator
         self.stopped_short = f"stopped short: {refusal}{self._blame()}"
-        generator.brake()
+        if not generator.brake(self.stopped_short):
+            self._untold = self.stopped_short
         limits = [KEPT * limit for limit in commanded.bend_limits]
         brake = Brake(self._arm, commanded.theta, commanded.steps, limits)
         self._brake = brake
@@ -341,11 +360,11 @@ class Motion:
         return any(self.commanded.rate)
 
     def is_over(self, sequence: int) -> bool:
-        """Whether a move is complete: at rest at its goal, or handed over to the next.
+        """Whether a move is over: made, handed over to the next, or ended by something else.
 
-        One that a stop has dropped is over when the arm rests.
+        One that was stopped or dropped is over when the arm rests.
         """
-        return self.generator.completed >= sequence or self.generator.at_rest
+        return self.generator.completed >= sequence
 
     @property
     def at_rest(self) -> bool:

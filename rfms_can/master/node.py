@@ -11,14 +11,15 @@ from typing import Any
 
 from rfms_can.arm import Arm
 from rfms_can.dynamics.model import make_dynamics
+from rfms_can.errors import FaultError, ProgramError
 from rfms_can.master.answers import bit
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.broadcast import Broadcast
 from rfms_can.master.cycle import ControlCycle, Parts
 from rfms_can.master.force.control import ForceControl, ForceSettings
 from rfms_can.master.inputs import CycleInputs
-from rfms_can.master.motion import Motion
-from rfms_can.master.phases import BUS_STATES, Phase, PhaseEvent, PhaseMachine
+from rfms_can.master.motion import NOTED, Motion
+from rfms_can.master.phases import BUS_STATES, NO_RESET, Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.math_processor import MathProcessor
 from rfms_can.master.rows.sets import RowSets
@@ -28,7 +29,7 @@ from rfms_can.master.start_up.node_parameters import Parameters, parameters_for
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
 from rfms_can.master.timer import CycleTimer
-from rfms_can.messages import Answer, Message
+from rfms_can.messages import Answer, Message, ResetRequest
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
@@ -186,6 +187,11 @@ class MasterNode(Endpoint):
         return self.machine.fault
 
     @property
+    def emergency(self) -> str | None:
+        """Reason of the emergency stop in force, or None; latched until a person lifts it."""
+        return self.machine.emergency
+
+    @property
     def closed(self) -> int:
         """Control cycles closed since the first SYNC."""
         return self.cycle.closed
@@ -211,14 +217,46 @@ class MasterNode(Endpoint):
 
         Raises:
             ProgramError: the request is refused; nothing has changed.
+            FaultError: a reset while an emergency stop is in force.
         """
+        if isinstance(message, ResetRequest):
+            self.reset()
+            return NOTED
         return self.requests.handle(message)
+
+    def reset(self) -> None:
+        """Leave a fault: the nodes are reset, homed where their reference is lost, and enabled.
+
+        A cause that persists is a fault again, with its own reason. Moves were dropped by the
+        fault; symbol tables stay, force requests do not.
+
+        Raises:
+            ProgramError: there is no fault to leave.
+            FaultError: an emergency stop is in force.
+        """
+        machine = self.machine
+        refusal = NO_RESET[machine.phase]
+        if refusal is not None:
+            raise ProgramError(f"reset in phase {machine.phase.name}: {refusal}")
+        if machine.emergency is not None:
+            raise FaultError(
+                f"reset: an emergency stop is in force ({machine.emergency}): a person lifts it at "
+                "the server's command line, rfms reset --lift-emergency-stop"
+            )
+        machine.reset()
+        self.requests.start()
+        if self.timer.stopped:  # no cycles run: there is nothing to wait for
+            self.cycle.call_nodes(self._now_ns)
+
+    def lift_emergency_stop(self) -> bool:
+        """Lift the emergency stop for a person; the arm stays halted. Whether one was in force."""
+        return self.machine.lift()
 
     def emergency_stop(self, reason: str) -> None:
         """Torque off and brakes on everywhere: ESTOP goes out at the next step, with no wait."""
         self._out.append(self._estop.frame(*ESTOP_VALUES))
         self.timer.send_now()
-        self._halt(reason)
+        self.cycle.halt(reason, self._out, emergency=True)
 
     def lose(self, reason: str) -> None:
         """Latch a fault that was seen beside the bus: the process of a node has ended."""
@@ -282,6 +320,9 @@ class MasterNode(Endpoint):
     def _on_heartbeat(self, node: int, answer: int, beat: Heartbeat) -> None:
         machine, roster = self.machine, self.bring_up.roster
         self._note_boot(node, beat.boot_id)
+        if machine.phase is Phase.RESET:  # how it is is asked when it has been reset
+            self.inputs.answered(answer)
+            return
         wrong = roster.hear(node, beat)
         stopped = beat.state in (NodeState.QUICKSTOP, NodeState.FAULT)
         if wrong is None and stopped and machine.phase is Phase.RUN:
@@ -291,6 +332,10 @@ class MasterNode(Endpoint):
         elif machine.phase is Phase.ROLL_CALL and self.bring_up.all_present:
             machine.change(PhaseEvent.ALL_PRESENT)
             self._out.extend(self.bring_up.configure(self._now_ns))
+            for joint in self.bring_up.unreferenced & set(JOINTS):
+                self.arm_state.forget(joint)
+            if self.bring_up.configured:  # a reset: all have kept what they were told
+                self._begin_homing()
         self.inputs.answered(answer)
 
     def _on_ack(self, node: int, ack: ConfigAck) -> None:
@@ -301,19 +346,23 @@ class MasterNode(Endpoint):
         if bring_up.problem:
             self._halt(bring_up.problem)
         elif bring_up.configured:
-            machine.change(PhaseEvent.ALL_CONFIGURED)
-            self._out.append(self.broadcast.command(Command.HOME))
-            self.cycle.begin(self._now_ns, self._now_ns, self._out)
+            self._begin_homing()
+
+    def _begin_homing(self) -> None:
+        """All are configured: those without a reference look for it, the others are homed."""
+        self.machine.change(PhaseEvent.ALL_CONFIGURED)
+        self._out.append(self.broadcast.command(Command.HOME))
+        self.cycle.begin(self._now_ns, self._now_ns, self._out)
 
     def _on_emergency(self, node: int, emergency: Emcy) -> None:
-        """A fault ends the run; one that an earlier run left behind ends with the reset."""
-        if self.machine.phase is Phase.ROLL_CALL:
+        """A fault halts the arm; what an earlier run or fault left behind ends with the reset."""
+        if self.machine.phase in (Phase.RESET, Phase.ROLL_CALL):
             return
         self._halt(f"{NODE_NAMES[node]}: {emergency_in_words(self.wire, node, emergency)}")
 
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES:
-            self._halt("emergency stop on the bus")
+            self.cycle.halt("emergency stop on the bus", self._out, emergency=True)
 
     def _halt(self, reason: str) -> None:
         self.cycle.halt(reason, self._out)

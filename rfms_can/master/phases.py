@@ -5,6 +5,7 @@ their own state; NMT commands that go with a change of phase are sent by the con
 trajectory generator is enabled just before RUN and disabled by a fault.
 """
 
+from collections import deque
 from enum import Enum, auto
 from typing import Final
 
@@ -28,6 +29,8 @@ class Phase(Enum):
     """Enabled: set-points flow."""
     HALT = auto()
     """A fault: controlled stop, then hold."""
+    RESET = auto()
+    """Asked to leave a fault: the arm comes to rest, and the nodes are called again."""
     END = auto()
     """Disabled for good."""
 
@@ -41,6 +44,8 @@ class PhaseEvent(Enum):
     START = auto()
     STOP = auto()
     FAULT = auto()
+    RESET = auto()
+    RESTED = auto()
 
 
 PHASES: Final[dict[Phase, dict[PhaseEvent, Phase]]] = complete(
@@ -72,6 +77,12 @@ PHASES: Final[dict[Phase, dict[PhaseEvent, Phase]]] = complete(
         Phase.HALT: {
             PhaseEvent.FAULT: Phase.HALT,
             PhaseEvent.STOP: Phase.END,
+            PhaseEvent.RESET: Phase.RESET,
+        },
+        Phase.RESET: {
+            PhaseEvent.RESTED: Phase.ROLL_CALL,
+            PhaseEvent.FAULT: Phase.HALT,
+            PhaseEvent.STOP: Phase.END,
         },
         Phase.END: {
             PhaseEvent.FAULT: Phase.END,
@@ -89,14 +100,33 @@ BUS_STATES: Final[dict[Phase, NodeState]] = complete(
         Phase.READY: NodeState.READY,
         Phase.RUN: NodeState.OPERATIONAL,
         Phase.HALT: NodeState.QUICKSTOP,
+        Phase.RESET: NodeState.QUICKSTOP,
         Phase.END: NodeState.READY,
     },
     Phase,
 )
 """What SYNC says of each phase."""
 
-CYCLING: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN, Phase.HALT, Phase.END))
+CYCLING: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN, Phase.HALT, Phase.RESET, Phase.END))
 """Phases in which control cycles run."""
+
+
+NO_RESET: Final[dict[Phase, str | None]] = complete(
+    {
+        Phase.ROLL_CALL: "the arm is being brought up: wait until it is enabled",
+        Phase.CONFIGURE: "the arm is being brought up: wait until it is enabled",
+        Phase.HOME: "the arm is being brought up: wait until it is enabled",
+        Phase.READY: "the arm is being brought up: wait until it is enabled",
+        Phase.RUN: "the arm is enabled, there is no fault to leave: go on",
+        Phase.HALT: None,
+        Phase.RESET: "one is under way: wait until the arm is enabled",
+        Phase.END: "the run is over: start another one",
+    },
+    Phase,
+)
+"""Why there is nothing to reset in a phase; None where there is."""
+FAULTS_KEPT: Final = 100
+"""Reasons of past faults that are remembered."""
 
 
 class PhaseError(RfmsError):
@@ -116,13 +146,20 @@ def next_phase(phase: Phase, event: PhaseEvent) -> Phase:
 
 
 class PhaseMachine:
-    """The phase, and the latched fault: the only place where either is changed."""
+    """The phase, and the latched fault: the only place where either is changed.
 
-    __slots__ = ("_fault", "_phase")
+    Attributes:
+        reset_faults: reasons of the faults that were left by a reset, oldest first, the last
+            ``FAULTS_KEPT`` of them.
+    """
+
+    __slots__ = ("_emergency", "_fault", "_phase", "reset_faults")
 
     def __init__(self) -> None:
         self._phase = Phase.ROLL_CALL
         self._fault: str | None = None
+        self._emergency: str | None = None
+        self.reset_faults: deque[str] = deque(maxlen=FAULTS_KEPT)
 
     @property
     def phase(self) -> Phase:
@@ -131,8 +168,13 @@ class PhaseMachine:
 
     @property
     def fault(self) -> str | None:
-        """Reason of the first fault, or None; latched until the master is started again."""
+        """Reason of the first fault, or None; latched until a reset."""
         return self._fault
+
+    @property
+    def emergency(self) -> str | None:
+        """Reason of the emergency stop in force, or None; latched until a person lifts it."""
+        return self._emergency
 
     @property
     def cycling(self) -> bool:
@@ -146,12 +188,35 @@ class PhaseMachine:
             PhaseError: the table has no such transition, or a fault was to be raised without its
                 reason: a bug.
         """
-        if event is PhaseEvent.FAULT:
-            raise PhaseError("master: a fault is latched with its reason: call latch(reason)")
+        if event in (PhaseEvent.FAULT, PhaseEvent.RESET):
+            raise PhaseError(f"master: {event.name} goes with the latch: call latch() or reset()")
         self._phase = next_phase(self._phase, event)
 
-    def latch(self, reason: str) -> bool:
+    def reset(self) -> None:
+        """Leave a fault, which is remembered; the way to RUN begins.
+
+        Raises:
+            PhaseError: there is none, or an emergency stop is in force: a bug.
+        """
+        if self._fault is None or self._emergency is not None:
+            raise PhaseError(
+                f"master: reset with fault {self._fault!r}, emergency stop {self._emergency!r}"
+            )
+        self._phase = next_phase(self._phase, PhaseEvent.RESET)
+        self.reset_faults.append(self._fault)
+        self._fault = None
+
+    def lift(self) -> bool:
+        """Lift the emergency stop; the fault stays latched. Whether one was in force."""
+        lifted, self._emergency = self._emergency is not None, None
+        return lifted
+
+    def latch(self, reason: str, *, emergency: bool = False) -> bool:
         """Latch a fault; the first reason stays. At the end of a run there is nothing to stop.
+
+        Args:
+            reason: why, in one line.
+            emergency: whether it is an emergency stop, which no reset leaves until it is lifted.
 
         Returns:
             Whether the phase has become HALT just now, so that the nodes have to be told.
@@ -161,5 +226,7 @@ class PhaseMachine:
             return False
         if self._fault is None:
             self._fault = reason
+        if emergency and self._emergency is None:
+            self._emergency = reason
         self._phase = next_phase(phase, PhaseEvent.FAULT)
         return phase is not Phase.HALT

@@ -2,10 +2,12 @@
 
 from rfms_can.kinematics import direct
 from rfms_can.master.node import MasterNode
+from rfms_can.master.phases import Phase
 from rfms_can.messages import (
     AnyCondition,
     AtRest,
     CycleReached,
+    Enabled,
     JawAtRest,
     MoveOver,
     Status,
@@ -25,6 +27,8 @@ def holds(master: MasterNode, condition: AnyCondition) -> bool:
             return master.stillness.jaw
         case CycleReached(cycle):
             return master.statistics.cycles >= cycle
+        case Enabled():
+            return master.phase is Phase.RUN
 
 
 def arm_at_rest(master: MasterNode) -> bool:
@@ -38,13 +42,16 @@ def arm_at_rest(master: MasterNode) -> bool:
     return stands_still and motion.at_rest and not motion.moves
 
 
-def status_of(master: MasterNode, lease: str | None = None, refused: int = 0) -> Status:
+def status_of(
+    master: MasterNode, lease: str | None = None, refused: int = 0, issued: int = 0
+) -> Status:
     """The arm's state at the end of the last closed cycle.
 
     Args:
         master: the master.
         lease: who holds it.
         refused: requests refused so far.
+        issued: statuses made before.
     """
     motion, state = master.motion, master.arm_state
     generator, force = motion.generator, master.force_control
@@ -78,4 +85,6 @@ def status_of(master: MasterNode, lease: str | None = None, refused: int = 0) ->
         lease=lease,
         refused=refused,
         fault=master.fault,
+        emergency=master.emergency is not None,
+        issued=issued,
     )

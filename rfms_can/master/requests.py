@@ -69,6 +69,10 @@ class ProgramRequests:
         requested, self._start_requested = self._start_requested, False
         return requested
 
+    def release_jaw(self) -> None:
+        """The jaw was homed, so it is open: what it was told before does not close it now."""
+        self.gripper = (GripperCommand.HOLD, 0.0)
+
     def stop(self) -> None:
         """The arm is to be disabled, brakes on, for good."""
         self.stop_requested = True

@@ -6,6 +6,7 @@ The same messages are sent over the link, or passed as objects within one proces
 from rfms_can.messages.base import MAX_BYTES, T6, Message, Rigid, Vector3, Vector6
 from rfms_can.messages.functions import AnyFunction, Circular, Linear, Table, TableRow, Weave
 from rfms_can.messages.numbers import ServerNumbers
+from rfms_can.messages.outcomes import MoveOutcome, Outcome, OutcomeQuery
 from rfms_can.messages.requests import (
     ComplyRequest,
     FeedRequest,
@@ -13,6 +14,7 @@ from rfms_can.messages.requests import (
     LockRequest,
     MoveRequest,
     PauseRequest,
+    ResetRequest,
     ResumeRequest,
     StopRequest,
     TareRequest,
@@ -25,7 +27,9 @@ from rfms_can.messages.session import (
     ArmRequest,
     AtRest,
     CycleReached,
+    EmergencyLift,
     EmergencyStop,
+    Enabled,
     Envelope,
     JawAtRest,
     LeaseRequest,
@@ -58,7 +62,9 @@ __all__ = [
     "Circular",
     "ComplyRequest",
     "CycleReached",
+    "EmergencyLift",
     "EmergencyStop",
+    "Enabled",
     "Envelope",
     "FeedRequest",
     "GripperRequest",
@@ -68,8 +74,11 @@ __all__ = [
     "LockRequest",
     "Message",
     "ModeMessage",
+    "MoveOutcome",
     "MoveOver",
     "MoveRequest",
+    "Outcome",
+    "OutcomeQuery",
     "PauseRequest",
     "PlannedMove",
     "PositionMessage",
@@ -77,6 +86,7 @@ __all__ = [
     "Refusal",
     "RemoveRequest",
     "Reply",
+    "ResetRequest",
     "ResumeRequest",
     "Rigid",
     "ServerNumbers",

@@ -18,6 +18,10 @@ class StopRequest(Message, frozen=True, tag="STOP"):
     """Bring the arm to rest on its path and drop the queued moves."""
 
 
+class ResetRequest(Message, frozen=True, tag="RESET"):
+    """Leave a fault: reset the nodes, home what has lost its reference, enable; see ENABLED."""
+
+
 class PauseRequest(Message, frozen=True, tag="PAUSE"):
     """Bring the arm to rest on its path and keep the queued moves."""
 

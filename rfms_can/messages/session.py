@@ -10,6 +10,7 @@ import msgspec
 
 from rfms_can.messages.base import Message, Name, Rigid, Vector6
 from rfms_can.messages.numbers import ServerNumbers
+from rfms_can.messages.outcomes import MoveOutcome, OutcomeQuery
 from rfms_can.messages.requests import (
     ComplyRequest,
     FeedRequest,
@@ -17,6 +18,7 @@ from rfms_can.messages.requests import (
     LockRequest,
     MoveRequest,
     PauseRequest,
+    ResetRequest,
     ResumeRequest,
     StopRequest,
     TareRequest,
@@ -39,7 +41,7 @@ class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag=Tru
 
 
 class MoveOver(Condition, frozen=True, tag="MOVE_OVER"):
-    """A move is complete: at rest at its goal, followed by the next, or dropped by a stop."""
+    """A move is over, in whatever way: OUTCOME says how. One stopped is over at rest."""
 
     sequence: int
 
@@ -58,7 +60,11 @@ class CycleReached(Condition, frozen=True, tag="CYCLE"):
     cycle: int
 
 
-AnyCondition = MoveOver | AtRest | JawAtRest | CycleReached
+class Enabled(Condition, frozen=True, tag="ENABLED"):
+    """The arm is enabled and takes requests, as it is again after a RESET."""
+
+
+AnyCondition = MoveOver | AtRest | JawAtRest | CycleReached | Enabled
 
 
 class LeaseRequest(Message, frozen=True, tag="LEASE"):
@@ -113,10 +119,11 @@ ArmRequest = (
     | ComplyRequest
     | LockRequest
     | TareRequest
+    | ResetRequest
 )
 """Requests that the master handles; all of them need the lease."""
 
-AnyRequest = ArmRequest | LeaseRequest | Query | WaitRequest
+AnyRequest = ArmRequest | LeaseRequest | Query | OutcomeQuery | WaitRequest
 
 
 class Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -138,6 +145,16 @@ class EmergencyStop(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
 
     name: Name
     reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
+
+
+class EmergencyLift(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="LIFT"):
+    """Lift the emergency stop; the arm stays halted until a RESET. From a person, not a program.
+
+    Attributes:
+        name: of the person.
+    """
+
+    name: Name
 
 
 class WorldNames(msgspec.Struct, frozen=True):
@@ -181,6 +198,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
         held: for a wait, the indices of the conditions that hold.
         world: for a query of the world model.
         server: for a query of the server's numbers.
+        outcomes: for a query of outcomes, one for each move asked about.
     """
 
     sequence: int = 0
@@ -191,6 +209,7 @@ class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
     held: list[int] = []
     world: WorldNames | None = None
     server: ServerNumbers | None = None
+    outcomes: list[MoveOutcome] = []
 
 
 class Refusal(msgspec.Struct, frozen=True):
@@ -220,7 +239,7 @@ class Status(msgspec.Struct, frozen=True):
         t6: measured T6.
         errors: joint errors, rad.
         sequence: number of the current move; 0 before the first.
-        completed: number of the last complete move.
+        completed: the highest number such that all moves up to it are over, in whatever way.
         waiting: moves in the queue.
         at_rest: whether no move is active or queued, and the arm is at rest.
         jaw_at_rest: whether the jaw is at rest.
@@ -235,6 +254,8 @@ class Status(msgspec.Struct, frozen=True):
         lease: name of its holder, or None.
         refused: requests refused so far.
         fault: the latched fault, or None.
+        emergency: whether an emergency stop is in force, which only a person lifts.
+        issued: statuses the server has made before; of two the higher one is the newer.
     """
 
     cycle: int
@@ -262,6 +283,8 @@ class Status(msgspec.Struct, frozen=True):
     lease: str | None
     refused: int
     fault: str | None
+    emergency: bool = False
+    issued: int = 0
 
 
 class Reply(msgspec.Struct, frozen=True):

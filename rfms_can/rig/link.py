@@ -2,14 +2,23 @@
 
 from collections.abc import Callable
 from functools import partial
+from typing import TypeVar
 
 from rfms_can.errors import FaultError
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds, status_of
-from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status
+from rfms_can.messages import (
+    Answer,
+    AnyCondition,
+    ArmRequest,
+    MoveOutcome,
+    ResetRequest,
+    Status,
+)
 from rfms_can.rig.realtime import ThreadedPump
 
+Result = TypeVar("Result")
 Pump = Callable[[Callable[[], bool]], None]
 """Runs the bus until a condition holds; evaluates it after every event."""
 
@@ -83,16 +92,24 @@ class DirectLink:
         """Pass a message to the master; in real time in the thread that runs it.
 
         Raises:
-            FaultError: the run was halted.
+            FaultError: the run was halted, and it is no reset.
             ProgramError: the master refuses it.
         """
-        handle = partial(self._handle, message)
-        return self._pump.do(handle) if isinstance(self._pump, ThreadedPump) else handle()
+        return self._done(partial(self._handle, message))
+
+    def _done(self, action: Callable[[], Result]) -> Result:
+        """The result of an action on the master, in the thread that runs it."""
+        return self._pump.do(action) if isinstance(self._pump, ThreadedPump) else action()
 
     def _handle(self, message: ArmRequest) -> Answer:
-        if self._master.fault is not None:
+        if self._master.fault is not None and not isinstance(message, ResetRequest):
             raise FaultError(self._master.fault)
         return self._master.handle(message)
+
+    def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        """How moves ended; see ``coordinator.Link.outcomes``."""
+        outcomes = self._master.motion.generator.outcomes
+        return self._done(partial(outcomes.of, first, last))
 
     def status(self) -> Status:
         """The arm's state, as of the last closed cycle."""

@@ -155,6 +155,7 @@ class ProcessRig:
         self._statistics = self._port.statistics
         self._driver = NodeDriver(self.master, self._port)
         self._look = 0
+        self._buried: set[int] = set()  # processes whose end has been a fault already
         self._received = self._begun = 0
 
     def pump(self, condition: Callable[[], bool]) -> None:
@@ -177,7 +178,8 @@ class ProcessRig:
 
     def _look_after_children(self) -> None:
         for child in self.children:
-            if not child.alive and self.master.fault is None:
+            if not child.alive and child.pid not in self._buried and self.master.fault is None:
+                self._buried.add(child.pid)
                 self.master.lose(f"the process of {describe(child)}")
 
     def begin_measuring(self) -> None:

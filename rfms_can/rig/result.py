@@ -43,6 +43,7 @@ class RunResult(msgspec.Struct, frozen=True):
         lateness: histogram of late SYNCs (real time only).
         wall_s: wall-clock time of the enabled part, s.
         scene: contact with the scene; None without a scene, or if the plant is in another process.
+        reset_faults: faults that a reset has ended, oldest first.
         reported: singularities met while the arm complied, in words, each once.
     """
 
@@ -62,6 +63,7 @@ class RunResult(msgspec.Struct, frozen=True):
     wall_s: float
     scene: SceneResult | None = None
     reported: list[str] = []
+    reset_faults: list[str] = []
 
     @property
     def cycles_per_s(self) -> float:

@@ -101,13 +101,13 @@ class Serving:
         )
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
-        """Serve until ``interrupted`` returns True; then the arm is braked.
+        """Serve until ``interrupted`` returns True, also after a fault; then the arm is braked.
 
         Args:
             ready: called when the arm is enabled.
 
         Raises:
-            FaultError: a latched fault halted the run; all clients have been informed.
+            FaultError: the arm could not be brought up, or was halted by a fault at the end.
         """
         session = self.session
         try:
@@ -115,6 +115,8 @@ class Serving:
             ready()
             self._serve()
             self._driver.end(ENDING)
+            if self._master.fault is not None:
+                raise FaultError(self._master.fault)
             session.stop_moving()
         except KeyboardInterrupt:  # while the bus came up
             self._driver.end(ENDING)
@@ -128,20 +130,19 @@ class Serving:
 
     def _serve(self) -> None:
         master, link = self._master, self.session.link
-        while not self._over():
+        while not self._interrupted():
             if self._may_go_on():
                 master.timer.pace(not self.server.time_may_pass)
-                link.pass_time(lambda: self._over() or not self._may_go_on(), self._after_event)
+                link.pass_time(
+                    lambda: self._interrupted() or not self._may_go_on(), self._after_event
+                )
             else:
                 self._stand_still()
-        if master.fault is not None:
-            raise FaultError(master.fault)
-
-    def _over(self) -> bool:
-        return self._master.fault is not None or self._interrupted()
 
     def _may_go_on(self) -> bool:
         """Whether the next cycle may begin; in lockstep the nodes' waiting time is bounded."""
+        if self._master.timer.stopped:  # the nodes did not come back: there is no next cycle
+            return False
         if self.server.time_may_pass:
             self._waited_long_enough = False
             return True
@@ -163,9 +164,9 @@ class Serving:
     def _stand_still(self) -> None:
         """Wait until a client lets time pass; in lockstep at most the fraction of the barrier."""
         limit_s = self._barrier_s * THINKING_FRACTION
-        waiting = self._clock.waits_for_nodes
+        waiting = self._clock.waits_for_nodes and not self._master.timer.stopped
         until = time.monotonic() + limit_s
-        while not self._over() and not self._may_go_on():
+        while not self._interrupted() and not self._may_go_on():
             left_s = until - time.monotonic() if waiting else LOOK_S
             self._waited_long_enough = left_s <= 0.0
             self._driver.wait(max(0.0, min(left_s, LOOK_S)))

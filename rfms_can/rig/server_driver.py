@@ -35,6 +35,8 @@ class ServerDriver:
             return
         for data in socket.emergencies():
             self._send(server.emergency(data))
+        for data in socket.operators():
+            server.operator(data)
         for peer, data in socket.requests():
             self._send(server.receive(peer, data, self._clock()))
 

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from typing import Protocol
 
 from rfms_can.coordinator import Arm
+from rfms_can.coordinator.moves import Moves
 from rfms_can.coordinator.program_link import ProgramLink
-from rfms_can.coordinator.stopping import stopped, wait_for
+from rfms_can.coordinator.stopping import finish, stopped
 from rfms_can.errors import FaultError
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
@@ -124,8 +125,9 @@ class Session:
         """
         try:
             self.bring_up()
-            self._run(program)
-            wait_for(self.link)
+            moves = Moves()
+            self._run(program, moves)
+            finish(self.link, moves)
         except FaultError:
             self.coast(HALT_CYCLES)
             raise
@@ -137,12 +139,12 @@ class Session:
             self.disable()
         return self.result()
 
-    def _run(self, program: Program) -> None:
+    def _run(self, program: Program, moves: Moves) -> None:
         self._program = ProgramLink(
             self.link, interrupted=self._interrupted, program_runs=self._program_runs
         )
         with self._program as link:
-            program(Arm(link))
+            program(Arm(link, moves))
 
     def _ends(self) -> bool:
         """Whether a wait is to be cut short: interrupted, or a thread's at the program's end."""
@@ -210,4 +212,5 @@ class Session:
             wall_s=self._wall_s,
             scene=self.rig.scene,
             reported=list(master.rows.reported),
+            reset_faults=list(master.machine.reset_faults),
         )

@@ -1,6 +1,7 @@
 """``rfms`` as a user types it: in this process for speed, in one of its own for signals."""
 
 import os
+import pty
 import signal
 import subprocess
 import sys
@@ -65,6 +66,25 @@ def start(
         env={**os.environ, **(environment or {})},
         start_new_session=True,
     )
+
+
+def at_a_terminal(answer: str, *arguments: str | Path, timeout_s: float = 30.0) -> Ended:
+    """The command at a terminal, where a person types an answer; its prompts are in ``out``."""
+    person, terminal = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-c", MAIN, *map(str, arguments)],
+        stdin=terminal,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+    os.close(terminal)
+    try:
+        os.write(person, answer.encode())
+        return end(process, timeout_s)._replace(err="")
+    finally:
+        os.close(person)
 
 
 def end(process: subprocess.Popen[str], timeout_s: float = 30.0) -> Ended:

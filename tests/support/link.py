@@ -17,8 +17,10 @@ from rfms_can.messages import (
     CycleReached,
     Envelope,
     Message,
+    MoveOutcome,
     MoveOver,
     MoveRequest,
+    Outcome,
     Status,
     WaitRequest,
 )
@@ -151,6 +153,7 @@ class FakeLink:
         over: last move that is complete.
         rests_at: cycle at which arm and jaw come to rest.
         refusal: raised by the next request, if any.
+        ended: how moves ended that were not made, and why.
     """
 
     def __init__(self) -> None:
@@ -160,7 +163,12 @@ class FakeLink:
         self.rests_at = 0
         self.refusal: Exception | None = None
         self.fault_at: int | None = None
+        self.ended: dict[int, tuple[Outcome, str]] = {}
         self._moves = 0
+
+    def outcomes(self, first: int, last: int) -> list[MoveOutcome]:
+        made = (Outcome.MADE, "")
+        return [MoveOutcome(n, *self.ended.get(n, made)) for n in range(first, last + 1)]
 
     def request(self, message: Message) -> Answer:
         if self.refusal is not None:

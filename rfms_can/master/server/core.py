@@ -13,7 +13,13 @@ from rfms_can.errors import FaultError, LeaseError, LinkError, RfmsError
 from rfms_can.master.node import MasterNode
 from rfms_can.master.server.control import Control
 from rfms_can.master.server.latency import Latency
-from rfms_can.master.server.reading import Head, read_emergency, read_head, read_request
+from rfms_can.master.server.reading import (
+    Head,
+    read_emergency,
+    read_head,
+    read_lift,
+    read_request,
+)
 from rfms_can.master.server.replies import Outgoing, Replies, Result
 from rfms_can.master.server.sessions import Session, Sessions, Wait
 from rfms_can.master.server.waits import Waits
@@ -22,7 +28,9 @@ from rfms_can.messages import (
     AnyRequest,
     LeaseRequest,
     MoveRequest,
+    OutcomeQuery,
     Query,
+    ResetRequest,
     ServerNumbers,
     Status,
     StopRequest,
@@ -55,6 +63,7 @@ class Server:
         self._waits = Waits(master, self._sessions, self._replies)
         self._latency = Latency(master)
         self._ending = ""
+        self._noted: str | None = None
         self._requests = self._repeated = self._emergencies = 0
 
     # --- what comes in ------------------------------------------------------------------------
@@ -96,6 +105,16 @@ class Server:
         self._master.emergency_stop(f"emergency stop by {emergency.name!r}{reason}")
         self._waits.answer(self._failure())
         return self._replies.take()
+
+    def operator(self, data: bytes) -> None:
+        """Take what came on the operator's queue: a person lifts the emergency stop."""
+        lift = read_lift(data)
+        if isinstance(lift, str):
+            self._replies.refused += 1
+        elif self._master.lift_emergency_stop():
+            self._control.events.append(
+                f"{lift.name!r} lifted the emergency stop; the arm stays halted until it is reset"
+            )
 
     # --- time ---------------------------------------------------------------------------------
 
@@ -207,24 +226,34 @@ class Server:
                 raise LinkError(request)
             if isinstance(request, WaitRequest):
                 self._check_running()
+                self._check_kept(session)
                 self._waits.begin(session, Wait(head.serial, request.any_of))
                 return
-            result = self._do(session.word, request, now_ns)
+            result = self._do(session, request, now_ns)
         except RfmsError as error:
             result = error
         reply = self._replies.make(session.peer, head.serial, result)
         session.keep(head.serial, reply, of_wait=False)
 
-    def _do(self, word: str, request: AnyRequest, now_ns: int) -> Answer:
+    def _do(self, session: Session, request: AnyRequest, now_ns: int) -> Answer:
         """Process a request that is answered at once; raises ``RfmsError`` to refuse it."""
         master = self._master
+        if isinstance(request, OutcomeQuery):
+            outcomes = master.motion.generator.outcomes
+            return Answer(outcomes=outcomes.of(request.first, request.last))
         if isinstance(request, Query):
             return _ANSWERS[request.what](self, request)
-        self._check_running()
+        self._check_serving()
         if isinstance(request, LeaseRequest):
-            self._control.handle(word, request, now_ns)
+            if request.action == "renew":
+                self._check_kept(session)
+            self._control.handle(session.word, request, now_ns)
+            session.lost = None
             return Answer()
-        self._control.lease.check(word, now_ns)
+        self._check_kept(session)
+        self._control.lease.check(session.word, now_ns)
+        if not isinstance(request, ResetRequest):
+            self._check_running()
         answer = master.handle(request)
         if isinstance(request, _TIMED):
             self._latency.taken(now_ns)
@@ -234,17 +263,39 @@ class Server:
         return Answer(world=self._master.motion.world.names(query.start))
 
     def _look(self, now_ns: int) -> None:
+        self._note_fault()
+        name = self.holder
         word = self._control.look(now_ns)
         session = None if word is None else self._sessions.find(word)
         if session is not None:
-            lapsed = LeaseError("the lease was not renewed in time: the arm is brought to rest")
-            self._waits.end(session, lapsed)
+            session.lost = (
+                f"{name!r} did not renew its lease in time and no longer controls the arm, which "
+                "was brought to rest and its moves dropped: connect again"
+            )
+            self._waits.end(session, LeaseError(session.lost))
+
+    def _note_fault(self) -> None:
+        """Tell a person at the server when the arm is halted, and when it is enabled again."""
+        fault = self._master.fault
+        if fault != self._noted:
+            self._noted = fault
+            halted = f"halted: {fault}; reset() of its program, or rfms reset, leads back"
+            self.events.append("reset: the arm is called back" if fault is None else halted)
+
+    def _check_kept(self, session: Session) -> None:
+        """A session that lost the lease is told so at its next word, whatever it asks for."""
+        if session.lost is not None:
+            raise LeaseError(session.lost)
 
     def _failure(self) -> RfmsError | None:
         """Why the arm takes no further requests, or None."""
         if self._master.fault is not None:
             return FaultError(self._master.fault)
         return LinkError(self._ending) if self._ending else None
+
+    def _check_serving(self) -> None:
+        if self._ending:
+            raise LinkError(self._ending)
 
     def _check_running(self) -> None:
         failure = self._failure()

@@ -1,12 +1,13 @@
 """From bytes of a peer to a message, or to the reason why they cannot be read as one."""
 
 import math
-from typing import Annotated, Final
+from typing import Annotated, Final, TypeVar
 
 import msgspec
 
-from rfms_can.messages import MAX_BYTES, AnyRequest, EmergencyStop
+from rfms_can.messages import MAX_BYTES, AnyRequest, EmergencyLift, EmergencyStop
 
+Special = TypeVar("Special", EmergencyStop, EmergencyLift)
 LARGEST: Final = 1e9
 """Largest magnitude of a number in a message: beyond it none has a meaning in SI units."""
 
@@ -25,6 +26,7 @@ class Head(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 _heads: Final = msgspec.msgpack.Decoder(Head)
 _requests: Final[msgspec.msgpack.Decoder[AnyRequest]] = msgspec.msgpack.Decoder(AnyRequest)
 _emergencies: Final = msgspec.msgpack.Decoder(EmergencyStop)
+_lifts: Final = msgspec.msgpack.Decoder(EmergencyLift)
 _UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError, OverflowError)
 """What msgspec raises for bytes that are not a message: also bad UTF-8, and nesting without end."""
 
@@ -50,10 +52,19 @@ def read_request(head: Head) -> AnyRequest | str:
 
 def read_emergency(data: bytes) -> EmergencyStop | str:
     """An emergency stop, or why the bytes are not one."""
+    return _read(_emergencies, data)
+
+
+def read_lift(data: bytes) -> EmergencyLift | str:
+    """The lift of an emergency stop, or why the bytes are not one."""
+    return _read(_lifts, data)
+
+
+def _read(decoder: "msgspec.msgpack.Decoder[Special]", data: bytes) -> Special | str:
     if len(data) > MAX_BYTES:
         return f"a message of {len(data)} bytes: {MAX_BYTES} at most"
     try:
-        return _emergencies.decode(data)
+        return decoder.decode(data)
     except _UNREADABLE as error:
         return _reason(error)
 

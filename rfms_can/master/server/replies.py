@@ -33,13 +33,15 @@ class Replies:
 
     def __init__(self, master: MasterNode, lease: Lease) -> None:
         self.refused = 0
+        self._issued = 0
         self._master = master
         self._lease = lease
         self._out: list[Outgoing] = []
 
     def status(self) -> Status:
         """The arm's state, as of the last closed cycle."""
-        return status_of(self._master, self._lease.name, self.refused)
+        self._issued += 1
+        return status_of(self._master, self._lease.name, self.refused, self._issued)
 
     def make(self, peer: bytes, serial: int, result: Result) -> bytes:
         """Reply to a request; a refusal is counted. The bytes, for who asks again."""

@@ -34,6 +34,8 @@ class Session:
         wait: the outstanding one, or None.
         replies: by serial number, of the last request and of the last wait: what is repeated is
             answered as it was before.
+        lost: how it lost the lease; None while it has it, after it gave it back, or if it never
+            had it.
     """
 
     word: str
@@ -41,6 +43,7 @@ class Session:
     serial: int = 0
     wait: Wait | None = None
     replies: dict[int, bytes] = field(default_factory=dict)
+    lost: str | None = None
     _waited: int = 0
 
     def knows(self, serial: int) -> bool:

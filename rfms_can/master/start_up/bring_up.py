@@ -8,13 +8,15 @@ from rfms_can.master.start_up.roster import Roster
 from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import JOINTS, NODE_NAMES
+from rfms_can.wire.nodes import JOINTS, NODE_NAMES, PLANT
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Config, ConfigAck
 from rfms_can.wire.vocabulary import Command, NodeState, Parameter
 
 RETRY_NS: Final = 500_000_000
 """Time between two calls, ns."""
+RESET_PATIENCE_NS: Final = 5_000_000_000
+"""Time for a node to answer after a fault, ns: a person waits for it."""
 INTRODUCTION_NS: Final = 10_000_000
 """Time for a HEARTBEAT to go out on a bus that others fill, ns."""
 
@@ -32,6 +34,7 @@ class BringUp:
         roster: the last heartbeat of every node.
         senders: of CONFIG frames.
         problem: why the bus cannot be brought up, or None.
+        unreferenced: nodes that were configured in this bring-up, and do not know where they are.
     """
 
     def __init__(
@@ -45,10 +48,14 @@ class BringUp:
         plant = plant_hash(joint[Parameter.ARM_ID], joint[Parameter.PERIOD])
         self.roster = Roster(wire.dbc_hash, plant)
         self.problem: str | None = None
+        self.unreferenced: frozenset[int] = frozenset(parameters)
         self.senders: list[Sender[Any]] = [wire.sender(Config, node) for node in parameters]
-        self._dialogues = {
-            node: Configurator(node, values, sender)
+        self._settings = {
+            node: (values, sender)
             for (node, values), sender in zip(parameters.items(), self.senders, strict=True)
+        }
+        self._dialogues = {
+            node: Configurator(node, *settings) for node, settings in self._settings.items()
         }
         self._nmt = nmt
         self._patience_ns = round(patience_s * 1e9)
@@ -83,6 +90,7 @@ class BringUp:
         self._calls += 1
         if self._until_ns is None:
             self._until_ns = now_ns + self._patience_ns
+        if self.introducing:
             return ()
         if now_ns >= self._until_ns:
             self.problem = self._whom_we_wait_for()
@@ -91,6 +99,19 @@ class BringUp:
             # a joint that still drives for a master that was killed takes RESET once it has stopped
             return [self._nmt.frame(c, 0, 0) for c in (Command.RESET, Command.ANNOUNCE)]
         return [d.current() for d in self._dialogues.values() if not d.done]
+
+    def restart(self) -> None:
+        """Call all nodes again, after a fault; they know this master, and who is there answers.
+
+        A node that still holds its configuration, and with it its reference, keeps both, unless the
+        plant has started again, whose encoders then count from elsewhere.
+        """
+        self.problem = None
+        self._until_ns = None
+        self._patience_ns = min(self._patience_ns, RESET_PATIENCE_NS)
+        self._configuring = False
+        self._calls = 1
+        self.roster.forget()
 
     def _whom_we_wait_for(self) -> str:
         if not self._configuring:
@@ -103,10 +124,19 @@ class BringUp:
         return f"no answer to CONFIG from {silent}"
 
     def configure(self, now_ns: int) -> Sequence[Frame]:
-        """All are present: open the dialogues."""
+        """All are present: open a dialogue with each that does not hold its configuration."""
         self._configuring = True
+        same_plant = self.roster.same_boot(PLANT)
+        lost = [n for n, d in self._dialogues.items() if not (same_plant and self._holds(n, d))]
+        self._dialogues |= {node: Configurator(node, *self._settings[node]) for node in lost}
+        self.unreferenced = frozenset(lost)
         self._until_ns = now_ns + self._patience_ns
-        return [dialogue.current() for dialogue in self._dialogues.values()]
+        return [self._dialogues[node].current() for node in lost]
+
+    def _holds(self, node: int, dialogue: Configurator) -> bool:
+        """Whether a node still has the configuration it confirmed to this master."""
+        beat = self.roster.beats[node]
+        return dialogue.done and self.roster.same_boot(node) and beat.config_hash == dialogue.hash
 
     def acknowledge(self, node: int, ack: ConfigAck) -> Sequence[Frame]:
         """Take a node's acknowledgement; the next frame for it."""

@@ -22,14 +22,25 @@ class Roster:
         configured: hash that each node has confirmed, once the bus is configured.
     """
 
-    __slots__ = ("_boots", "_dbc_hash", "_plant", "beats", "configured")
+    __slots__ = ("_boots", "_boots_before", "_dbc_hash", "_plant", "beats", "configured")
 
     def __init__(self, dbc_hash: int, plant: int) -> None:
         self.beats: dict[int, Heartbeat] = {}
         self.configured: dict[int, int] = {}
         self._boots: dict[int, int] = {}
+        self._boots_before: dict[int, int] = {}
         self._dbc_hash = dbc_hash
         self._plant = plant
+
+    def forget(self) -> None:
+        """A reset: every node must be heard again, and may have started again since."""
+        self.beats, self.configured = {}, {}
+        self._boots, self._boots_before = {}, self._boots
+
+    def same_boot(self, node: int) -> bool:
+        """Whether a node has not started again since before the reset; False at the first start."""
+        boot = self._boots.get(node)
+        return boot is not None and boot == self._boots_before.get(node)
 
     def hear(self, node: int, beat: Heartbeat) -> str | None:
         """Take a heartbeat; returns what is wrong with it, or None."""

@@ -17,12 +17,14 @@ from typing import Final
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration, Joints
 from rfms_can.master.trajectory.goal import Goal
+from rfms_can.master.trajectory.outcomes import MoveOutcomes
 from rfms_can.master.trajectory.pace import MIN_FEED, Pace
 from rfms_can.master.trajectory.queue import MoveQueue, check_feed
 from rfms_can.master.trajectory.runner import SegmentRunner
 from rfms_can.master.trajectory.schedule import Schedule
 from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.master.trajectory.states import Event, Stage, following
+from rfms_can.messages import Outcome
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend
@@ -33,8 +35,7 @@ class TrajectoryGenerator:
 
     Attributes:
         stage: where it is in :mod:`rfms_can.master.trajectory.states`.
-        completed: sequence number of the last move that is over: at rest at its goal, or handed
-            over to the next. 0 before the first.
+        outcomes: which moves are over, and how.
         tick_count: ticks since construction; goals that move are evaluated at it.
     """
 
@@ -51,7 +52,7 @@ class TrajectoryGenerator:
         """
         self.period_s: Final = period_s
         self.stage = Stage.OFF
-        self.completed = 0
+        self.outcomes: Final = MoveOutcomes()
         self.tick_count = 0
         self._queue: Final = MoveQueue(period_s)
         self._stopping = False
@@ -83,13 +84,15 @@ class TrajectoryGenerator:
         self.stage = following(self.stage, Event.ENABLE)
         self._queue.clear()
         self._stopping = False
+        self.outcomes.rests()
         self._pace.jump()
         self._run.hold(Segment.hold(pose, configuration, angles))
 
-    def disable(self) -> None:
-        """No set-points any more, whatever the stage; all moves are dropped."""
+    def disable(self, reason: str = "the drives were switched off") -> None:
+        """No set-points any more, whatever the stage; ``reason`` has faulted all moves."""
         self.stage = following(self.stage, Event.DISABLE)
         self._queue.clear()
+        self.outcomes.abandon(Outcome.FAULTED, reason)
 
     def request(self, *parts: Move) -> None:
         """Queue the parts of one move.
@@ -98,10 +101,12 @@ class TrajectoryGenerator:
             MoveError: one breaks a rule; the message names numbers and remedy. Nothing changes.
         """
         if self.stage is Stage.OFF or self._stopping:
-            doing = "stopping" if self._stopping else "off"
             name = f"move {parts[0].sequence}" if parts else "a move"
-            raise MoveError(f"{name}: the trajectory generator is {doing}: enable it first")
+            if self.stage is Stage.OFF:
+                raise MoveError(f"{name}: the trajectory generator is off: enable it first")
+            raise MoveError(f"{name}: the arm is stopping: wait until it rests")
         self._queue.take(parts, self.last_accepted, self.tick_count, self._pace.rate)
+        self.outcomes.accept(parts[0].sequence)
 
     def replace(self, moves: Mapping[int, tuple[Move, ...]]) -> None:
         """Other parts of moves that have not begun; their numbers, and their order, stay.
@@ -169,7 +174,9 @@ class TrajectoryGenerator:
         self._pace.rate = rate
         self._schedule.unsettle(self.stage)
 
-    def stop(self) -> tuple[int, ...]:
+    def stop(
+        self, how: Outcome = Outcome.STOPPED, reason: str = "a stop was requested"
+    ) -> tuple[int, ...]:
         """Stop along the path and drop all moves.
 
         A transition under way is finished first: what it blends out would otherwise be left. Then
@@ -177,6 +184,10 @@ class TrajectoryGenerator:
         stays on its path throughout; ``stopped`` tells when it rests, and ``enable`` what to hold
         there. It does so at the pace it has; in a pause it stays where it stands, or will.
         At rest, or coming to it, there is nothing to stop.
+
+        Args:
+            how: the outcome of the moves that will not be completed.
+            reason: what ended them.
 
         Returns:
             Sequence numbers of the moves that will not be completed.
@@ -195,27 +206,32 @@ class TrajectoryGenerator:
         ):
             self._stopping = True
             dropped.insert(0, run.segment.move.sequence)
+        self.outcomes.ends(dropped, how, reason)
         return tuple(dict.fromkeys(dropped))
 
-    def brake(self) -> tuple[int, ...]:
+    def brake(self, reason: str) -> bool:
         """The joints cannot follow: drop all moves; set-points come from a brake until ``enable``.
 
         Returns:
-            Sequence numbers of the moves that will not be completed.
+            Whether a move was not over yet, so that its outcome tells ``reason``.
         """
         run = self._run
-        dropped = [run.segment.move.sequence, *(move.sequence for move in self._queue)]
-        if run.next is not None:
-            dropped.insert(1, run.next.move.sequence)
         self.stage = following(self.stage, Event.BRAKE)
         self._queue.clear()
         run.next = None
         self._stopping = True
-        return tuple(dict.fromkeys(dropped))
+        unfinished = range(self.outcomes.completed + 1, self.outcomes.accepted + 1)
+        self.outcomes.ends(unfinished, Outcome.SHORT, reason)
+        return bool(unfinished)
 
     def pass_tick(self) -> None:
         """A cycle whose set-point comes from elsewhere."""
         self.tick_count += 1
+
+    @property
+    def completed(self) -> int:
+        """The highest number such that all moves up to it are over, in whatever way."""
+        return self.outcomes.completed
 
     @property
     def at_rest(self) -> bool:
@@ -278,6 +294,7 @@ class TrajectoryGenerator:
         if stage is Stage.IDLE:
             self._stopping = False
             self._complete(left)
+            self.outcomes.rests()
             if run.next is None and self._schedule.may_depart(Transition.JOINT):
                 run.settle(*self._schedule.take(stage), tick)
         elif event is Event.BEND or (stage is Stage.PRE and run.next is None):
@@ -291,7 +308,7 @@ class TrajectoryGenerator:
 
     def _complete(self, left: Segment) -> None:
         if left.move.last:
-            self.completed = max(self.completed, left.move.sequence)
+            self.outcomes.arrived(left.move.sequence)
 
     def _ends_at_rest(self) -> bool:
         """Whether the transition to rest is settled or under way."""
