@@ -13,7 +13,7 @@ from collections.abc import Coroutine, Sequence
 from typing import Any, Unpack
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import IDENTITY, Predict
+from rfms_can.coordinator.definitions import IDENTITY, REST_AFTER_S
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper
 from rfms_can.coordinator.link import AsyncLink
@@ -27,6 +27,7 @@ from rfms_can.messages import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.world import Predict
 from rfms_can.transform import Transform
 
 
@@ -65,9 +66,15 @@ class AsyncArm(ArmView):
         await self._link.request(definitions.value(name, value))
         return Expression(name)
 
-    async def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
+    async def reference(
+        self,
+        name: str,
+        value: Transform,
+        predict: Predict = "hold",
+        rest_after: float = REST_AFTER_S,
+    ) -> Expression:
         """See :meth:`Arm.reference`."""
-        await self._link.request(self._reference(name, value, predict))
+        await self._link.request(self._reference(name, value, predict, rest_after))
         return Expression(name)
 
     async def functional(

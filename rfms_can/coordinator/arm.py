@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import IDENTITY, TARE_S, Predict
+from rfms_can.coordinator.definitions import IDENTITY, REST_AFTER_S, TARE_S
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
@@ -35,6 +35,7 @@ from rfms_can.messages import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.world import Predict
 from rfms_can.transform import Transform
 
 
@@ -62,18 +63,26 @@ class Arm(ArmView):
         self._link.request(definitions.value(name, value))
         return Expression(name)
 
-    def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
+    def reference(
+        self,
+        name: str,
+        value: Transform,
+        predict: Predict = "hold",
+        rest_after: float = REST_AFTER_S,
+    ) -> Expression:
         """Define a transform of kind reference: read in every cycle, also by the current move.
 
         Args:
             name: its name in the world model.
             value: initial value, until the first observation.
             predict: between observations ``"hold"`` the last, or extrapolate by its ``"velocity"``.
+            rest_after: time in which the extrapolation comes to rest once observations stay out,
+                0.2 to 5 s; longer where the acceleration of the mode demands it.
 
         Raises:
             TransformError: it is not a transform, or the server refuses it.
         """
-        self._link.request(self._reference(name, value, predict))
+        self._link.request(self._reference(name, value, predict, rest_after))
         return Expression(name)
 
     def functional(

@@ -6,7 +6,7 @@ server repeats them and adds those that need the world model.
 """
 
 from collections.abc import Mapping
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from rfms_can.compliance.selection import Selection, SelectionError, parse_bias
 from rfms_can.coordinator.equation import Equation, Expression
@@ -32,12 +32,14 @@ from rfms_can.messages import (
     TransformMessage,
     Vector6,
 )
+from rfms_can.messages.world import Predict
 from rfms_can.transform import Transform
 
 IDENTITY: Final = Transform.identity()
 TARE_S: Final = 0.6
 """Longest duration of a tare, s."""
-Predict = Literal["hold", "velocity"]
+REST_AFTER_S: Final = 0.2
+"""Time in which a reference comes to rest once observations stay out, unless it is given, s."""
 
 
 def value(name: str, pose: Transform) -> TransformMessage:
@@ -49,9 +51,12 @@ def value(name: str, pose: Transform) -> TransformMessage:
     return _transform(TransformMessage(name, _pose(name, pose)))
 
 
-def reference(name: str, pose: Transform, predict: Predict) -> TransformMessage:
+def reference(name: str, pose: Transform, predict: Predict, rest_after: float) -> TransformMessage:
     """A transform of kind reference; raises as :func:`value` does."""
-    return _transform(TransformMessage(name, _pose(name, pose), kind="reference", predict=predict))
+    message = TransformMessage(
+        name, _pose(name, pose), kind="reference", predict=predict, rest_after=rest_after
+    )
+    return _transform(message)
 
 
 def functional(name: str, function: AnyFunction, base: Transform) -> TransformMessage:

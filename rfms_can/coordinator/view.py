@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from typing import Final
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import Predict
 from rfms_can.coordinator.equation import Expression
 from rfms_can.coordinator.link import State
 from rfms_can.coordinator.moves import MovePlan, Moves
 from rfms_can.errors import ProgramError
 from rfms_can.messages import T6, CycleReached, Status, TransformMessage, Vector6
+from rfms_can.messages.world import Predict
 from rfms_can.transform import Transform
 
 LONGEST_S: Final = 1e6
@@ -79,8 +79,10 @@ class ArmView:
         """
         return self._moves.plan(sequence)
 
-    def _reference(self, name: str, pose: Transform, predict: Predict) -> TransformMessage:
-        message = definitions.reference(name, pose, predict)
+    def _reference(
+        self, name: str, pose: Transform, predict: Predict, rest_after: float
+    ) -> TransformMessage:
+        message = definitions.reference(name, pose, predict, rest_after)
         self._references[name] = predict
         return message
 

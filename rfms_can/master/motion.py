@@ -147,6 +147,10 @@ class Motion:
             if limits is not None:
                 self.world.halt_transform(name, self.generator.tick_count, limits)
 
+    def settle(self, name: str) -> None:
+        """A reference is not observed any more: it comes to rest in the time it states."""
+        self.world.settle_transform(name, self.generator.tick_count, self._limits(name))
+
     def _pause(self, _: PauseRequest) -> None:
         self.generator.pause()
 
@@ -224,8 +228,8 @@ class Motion:
         generator, world = self.generator, self.world
         if generator.stopped:
             self._hold(self.commanded.theta)  # force control goes on complying where it stopped
-        for name in world.unseen(generator.tick_count):
-            world.halt_transform(name, generator.tick_count, self._limits(name))
+        for name in world.silent(generator.tick_count):
+            self.settle(name)
         setpoint = generator.tick()
         self._take_over(generator.sequence)
         return setpoint, self.commanded.check(setpoint)
