@@ -20,6 +20,7 @@ from rfms_can.messages import (
     Query,
     Refusal,
     Reply,
+    SensorRequest,
     ServerNumbers,
     Status,
     TableRow,
@@ -30,7 +31,7 @@ from rfms_can.messages import (
 GROUPS: Final[tuple[tuple[str, str, tuple[Any, ...]], ...]] = (
     ("Envelope", "What a coordinator sends to `requests`.", (Envelope,)),
     ("Requests that need the lease", "", get_args(ArmRequest)),
-    ("Requests that do not", "", (LeaseRequest, Query, WaitRequest)),
+    ("Requests that do not", "", (LeaseRequest, SensorRequest, Query, WaitRequest)),
     ("Conditions of a WAIT", "", get_args(AnyCondition)),
     ("Functions of a functional transform", "", (*get_args(AnyFunction), TableRow)),
     ("Replies", "What comes back.", (Reply, Answer, Refusal, WorldNames, ServerNumbers)),

@@ -12,6 +12,7 @@ from rfms_can.coordinator.gripper import AsyncGripper, Gripper
 from rfms_can.coordinator.link import Link
 from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.moves import MovePlan
+from rfms_can.coordinator.sensor import Sensor, connect_sensor
 from rfms_can.errors import (
     EquationError,
     FaultError,
@@ -49,6 +50,7 @@ __all__ = [
     "ProgramError",
     "RfmsError",
     "SelectionError",
+    "Sensor",
     "Status",
     "Table",
     "TableRow",
@@ -57,5 +59,6 @@ __all__ = [
     "Weave",
     "connect",
     "connect_async",
+    "connect_sensor",
     "emergency_stop",
 ]

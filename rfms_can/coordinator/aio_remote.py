@@ -25,6 +25,7 @@ from rfms_can.messages import (
     ArmRequest,
     LeaseRequest,
     Reply,
+    SensorRequest,
     Status,
     StopRequest,
     WaitRequest,
@@ -86,7 +87,7 @@ class AsyncRemoteLink:
 
     # --- requests -----------------------------------------------------------------------------
 
-    async def request(self, message: ArmRequest | LeaseRequest) -> Answer:
+    async def request(self, message: ArmRequest | LeaseRequest | SensorRequest) -> Answer:
         """Send a request; see ``RemoteLink.request``."""
         return await self._in_turn(message)
 

@@ -94,8 +94,16 @@ class ArmView:
 
     def _after(self, seconds: float) -> CycleReached:
         """The cycle ``seconds`` ahead; a positive time is at least one period."""
-        if not isinstance(seconds, float | int) or not 0.0 <= seconds <= LONGEST_S:  # also NaN
-            raise ProgramError(f"sleep of {seconds!r} s: give a time, 0 to {LONGEST_S:g}")
-        status = self.status
-        periods = round(seconds / status.period)
-        return CycleReached(status.cycle + (periods or seconds > 0.0))
+        return cycle_after(self.status, seconds)
+
+
+def cycle_after(status: Status, seconds: float) -> CycleReached:
+    """The cycle ``seconds`` after that of a status; a positive time is at least one period.
+
+    Raises:
+        ProgramError: the time is negative, too long or not a number.
+    """
+    if not isinstance(seconds, float | int) or not 0.0 <= seconds <= LONGEST_S:  # also NaN
+        raise ProgramError(f"sleep of {seconds!r} s: give a time, 0 to {LONGEST_S:g}")
+    periods = round(seconds / status.period)
+    return CycleReached(status.cycle + (periods or seconds > 0.0))

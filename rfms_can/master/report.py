@@ -1,5 +1,9 @@
 """What the master tells programs: the arm's status, and whether what they wait for holds."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
 from rfms_can.kinematics import direct
 from rfms_can.master.node import MasterNode
 from rfms_can.messages import (
@@ -10,6 +14,8 @@ from rfms_can.messages import (
     MoveOver,
     Status,
 )
+
+NO_SENSORS: Final[Mapping[str, str]] = MappingProxyType({})
 
 
 def holds(master: MasterNode, condition: AnyCondition) -> bool:
@@ -38,13 +44,19 @@ def arm_at_rest(master: MasterNode) -> bool:
     return stands_still and motion.at_rest and not motion.moves
 
 
-def status_of(master: MasterNode, lease: str | None = None, refused: int = 0) -> Status:
+def status_of(
+    master: MasterNode,
+    lease: str | None = None,
+    refused: int = 0,
+    sensors: Mapping[str, str] = NO_SENSORS,
+) -> Status:
     """The arm's state at the end of the last closed cycle.
 
     Args:
         master: the master.
         lease: who holds it.
         refused: requests refused so far.
+        sensors: states of the sensors, by name.
     """
     motion, state = master.motion, master.arm_state
     generator, force = motion.generator, master.force_control
@@ -78,4 +90,5 @@ def status_of(master: MasterNode, lease: str | None = None, refused: int = 0) ->
         lease=lease,
         refused=refused,
         fault=master.fault,
+        sensors=dict(sensors),
     )

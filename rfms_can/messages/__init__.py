@@ -17,6 +17,7 @@ from rfms_can.messages.requests import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.sensors import GrantRequest, SensorRequest
 from rfms_can.messages.session import (
     Answer,
     AnyCondition,
@@ -53,6 +54,7 @@ __all__ = [
     "EmergencyStop",
     "Envelope",
     "FeedRequest",
+    "GrantRequest",
     "GripperRequest",
     "JawAtRest",
     "LeaseRequest",
@@ -69,6 +71,7 @@ __all__ = [
     "Reply",
     "ResumeRequest",
     "Rigid",
+    "SensorRequest",
     "ServerNumbers",
     "Status",
     "StopRequest",

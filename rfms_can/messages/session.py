@@ -21,6 +21,7 @@ from rfms_can.messages.requests import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.sensors import GrantRequest, SensorRequest
 from rfms_can.messages.world import ModeMessage, PositionMessage, TransformMessage
 
 
@@ -96,10 +97,11 @@ ArmRequest = (
     | ComplyRequest
     | LockRequest
     | TareRequest
+    | GrantRequest
 )
-"""Requests that the master handles; all of them need the lease."""
+"""Requests of the program that controls the arm; all of them need the lease."""
 
-AnyRequest = ArmRequest | LeaseRequest | Query | WaitRequest
+AnyRequest = ArmRequest | LeaseRequest | SensorRequest | Query | WaitRequest
 
 
 class Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -195,6 +197,8 @@ class Status(msgspec.Struct, frozen=True):
         lease: name of its holder, or None.
         refused: requests refused so far.
         fault: the latched fault, or None.
+        sensors: by name ``granted``, ``live`` or ``silent``: those that may observe references in
+            sessions of their own.
     """
 
     cycle: int
@@ -222,6 +226,7 @@ class Status(msgspec.Struct, frozen=True):
     lease: str | None
     refused: int
     fault: str | None
+    sensors: dict[str, str] = {}
 
 
 class Reply(msgspec.Struct, frozen=True):

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from functools import partial
 
-from rfms_can.errors import FaultError
+from rfms_can.errors import FaultError, ProgramError
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds, status_of
-from rfms_can.messages import Answer, AnyCondition, ArmRequest, Status
+from rfms_can.messages import Answer, AnyCondition, ArmRequest, GrantRequest, Status
 from rfms_can.rig.realtime import ThreadedPump
 
 Pump = Callable[[Callable[[], bool]], None]
@@ -92,6 +92,12 @@ class DirectLink:
     def _handle(self, message: ArmRequest) -> Answer:
         if self._master.fault is not None:
             raise FaultError(self._master.fault)
+        if isinstance(message, GrantRequest):
+            raise ProgramError(
+                f"grant to sensor {message.sensor!r}: the arm of this program is in its own "
+                f"process, and sensors connect to a server: use rfms serve and connect(), or "
+                f"observe in the program"
+            )
         return self._master.handle(message)
 
     def status(self) -> Status:
