@@ -194,14 +194,20 @@ def test_the_grant_of_the_server_lasts_but_needs_a_coordinator(bench: ServerBenc
     camera.done(SensorRequest("attach", "camera", 10.0))
     refusal = camera.refused(PART)
     assert refusal.reason == (
-        "sensor 'camera' observes 'part', but no coordinator controls the arm: wait until one does "
+        "sensor 'camera' observes nothing, as no coordinator controls the arm: wait until one does "
         "(lease in the status)"
     )
     for name in ("one", "another"):
         cell = Coordinator(bench, name).acquire()
         camera.done(PART)
+        assert camera.ask(wait(bench, 1000)) is None
         cell.done(LeaseRequest("release"))
-        assert camera.refused(PART).error == "LeaseError"
+        bench.hear(bench.server.look(bench.now_ns))
+        ended = bench.inbox[camera.peer][-1].refusal
+        assert ended is not None, "it does not wait in vain"
+        assert ended.reason == refusal.reason
+        for message in (PART, wait(bench, 1)):
+            assert camera.refused(message).error == "LeaseError"
 
 
 def test_the_coordinator_may_grant_more_than_the_server(bench: ServerBench) -> None:

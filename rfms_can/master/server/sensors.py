@@ -134,17 +134,18 @@ class Sensors:
                 f"coordinator may grant it with arm.grant, the server with --grant"
             )
         if self._lease.holder is None:
-            raise LeaseError(
-                f"sensor {name!r} observes {request.name!r}, but no coordinator controls the arm: "
-                f"wait until one does (lease in the status)"
-            )
+            raise self._over(name)
         return True
 
     def check_wait(self, word: str) -> None:
-        """Raise ``LeaseError`` if a session is a sensor whose grant has ended."""
+        """See that a session, if it is a sensor, does not wait in vain.
+
+        Raises:
+            LeaseError: it observes nothing now.
+        """
         sensor = self._attached.get(word)
-        if sensor is not None:
-            self._check_grant(sensor.name, self.references(sensor.name))
+        if sensor is not None and (self._lease.holder is None or not self.references(sensor.name)):
+            raise self._over(sensor.name)
 
     def all_wait(self, waits: Callable[[str], bool]) -> bool:
         """Whether no sensor that is there keeps the clock from going on, where it is kept."""
@@ -239,8 +240,8 @@ class Sensors:
         """Why a sensor observes nothing now."""
         if self.references(name):
             return LeaseError(
-                f"sensor {name!r}: the coordinator that controlled the arm has gone: wait until "
-                f"another one does (lease in the status)"
+                f"sensor {name!r} observes nothing, as no coordinator controls the arm: wait until "
+                f"one does (lease in the status)"
             )
         return self._no_grant(name)
 
