@@ -44,10 +44,17 @@ Rows = npt.NDArray[np.float64]
 
 
 class _Seen(NamedTuple):
-    """An observation, and its orientation as a quaternion w, x, y, z."""
+    """An observation, its time, and its pose as numbers to fit: x, y, z, m; a quaternion w to z."""
 
     observation: Observation
-    quaternion: tuple[float, float, float, float]
+    time: float
+    row: tuple[float, ...]
+
+    @classmethod
+    def of(cls, observation: Observation) -> "_Seen":
+        pose = observation.pose
+        row = (pose.px, pose.py, pose.pz, *_quaternion(pose))
+        return cls(observation, observation.time, row)
 
 
 class Prediction(NamedTuple):
@@ -114,7 +121,7 @@ class Observations:
         seen = self._seen
         if len(seen) < 2:
             return FIRST_INTERVAL_S
-        return (seen[-1].observation.time - seen[0].observation.time) / (len(seen) - 1)
+        return (seen[-1].time - seen[0].time) / (len(seen) - 1)
 
     def add(self, observation: Observation, *, gated: bool) -> bool:
         """Take one more; those that come late find their place by their stamp.
@@ -132,8 +139,7 @@ class Observations:
             self._keep([observation])
             self._defined = True
             return True
-        newest = self._seen[-1].observation
-        elapsed = observation.time - newest.time
+        elapsed = observation.time - self._seen[-1].time
         if self._defined:
             self._agreed = self._inside(observation, max(0.0, elapsed))
             self._keep([observation])
@@ -170,22 +176,20 @@ class Observations:
 
     def _keep(self, observations: list[Observation]) -> None:
         """Begin again with these."""
-        self._seen = [_Seen(one, _quaternion(one.pose)) for one in observations]
+        self._seen = [_Seen.of(one) for one in observations]
         self._suspects.clear()
         self._moving = None
 
     def _insert(self, observation: Observation) -> None:
-        time = observation.time
-        seen = [one for one in self._seen if abs(one.observation.time - time) >= self._apart]
-        seen.append(_Seen(observation, _quaternion(observation.pose)))
-        seen.sort(key=lambda one: one.observation.time)
-        newest = seen[-1].observation.time
-        few = max(0, len(seen) - FEWEST)
-        self._seen = [
-            one
-            for index, one in enumerate(seen)
-            if one.observation.time >= newest - (WINDOW_S if index < few else OLDEST_S)
-        ]
+        seen, time = self._seen, observation.time
+        if time - seen[-1].time < self._apart:  # late, or the same again
+            seen[:] = [one for one in seen if abs(one.time - time) >= self._apart]
+        seen.append(_Seen.of(observation))
+        if len(seen) > 1 and time < seen[-2].time:
+            seen.sort(key=lambda one: one.time)
+        newest = seen[-1].time
+        while seen[0].time < newest - (WINDOW_S if len(seen) > FEWEST else OLDEST_S):
+            del seen[0]
         self._suspects.clear()
         self._moving = None
 
@@ -205,7 +209,7 @@ class Observations:
         fitted = self.held()
         self._noise = (0.0, 0.0)
         if len(self._seen) > 2:
-            times = np.array([one.observation.time - time for one in self._seen])
+            times = np.array([one.time - time for one in self._seen])
             value, slope, self._noise = fit_line(times, self._rows())
             x, y, z, *turn = value.tolist()
             vx, vy, vz, wx, wy, wz = slope.tolist()
@@ -216,14 +220,9 @@ class Observations:
 
     def _rows(self) -> Rows:
         """Where it was, from the newest: the origin, m, and a rotation vector, rad (n, 6)."""
-        pose = self._seen[-1].observation.pose
-        rows = np.empty((len(self._seen), 6))
-        for row, (one, _) in zip(rows, self._seen, strict=True):
-            row[0], row[1], row[2] = one.pose.px, one.pose.py, one.pose.pz
-        rows[:, :3] -= (pose.px, pose.py, pose.pz)
-        quaternions = np.array([one.quaternion for one in self._seen])
-        rows[:, 3:] = _turns(quaternions, self._seen[-1].quaternion)
-        return rows
+        rows = np.array([one.row for one in self._seen])
+        turns = _turns(rows[:, 3:], self._seen[-1].row[3:])
+        return np.hstack((rows[:, :3] - rows[-1, :3], turns))
 
 
 def rotation_vector(transform: Transform) -> Vector3:
@@ -241,7 +240,7 @@ def _quaternion(pose: Transform) -> tuple[float, float, float, float]:
     return (math.cos(0.5 * drive.psi), sine * x, sine * y, sine * z)
 
 
-def _turns(quaternions: Rows, origin: tuple[float, float, float, float]) -> Rows:
+def _turns(quaternions: Rows, origin: tuple[float, ...]) -> Rows:
     """Rotation vectors, rad (n, 3), from one orientation to others (n, 4)."""
     w, x, y, z = origin
     q0, q1, q2, q3 = quaternions.T
