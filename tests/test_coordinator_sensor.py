@@ -141,7 +141,7 @@ def test_the_end_of_the_coordinator_ends_its_sleep(
         (lambda c: c.observe("part", HOME, twist=(1.0,)), "twist"),
         (lambda c: c.observe("part", HOME, predict="guess"), "predict 'guess'"),
         (lambda c: c.observe("part", HOME, rest_after=0.1), "rest_after 0.1"),
-        (lambda c: c.observe("part", HOME, rest_after=math.nan), "its time to come to rest"),
+        (lambda c: c.observe("part", HOME, rest_after=math.nan), "rest_after nan"),
         (lambda c: c.observe("part", HOME, at=1e3), "in the future"),
         (lambda c: c.observe("part", HOME._replace(nx=2.0)), "is not a rotation"),
     ],
@@ -156,7 +156,7 @@ def test_bad_observations_are_refused_in_one_line(
     with connect_sensor(name="camera", alive_s=10.0) as camera:
         with pytest.raises((TransformError, ProgramError)) as caught:
             use(camera)
-        assert complaint in str(caught.value) or "part" in str(caught.value)
+        assert complaint in str(caught.value)
         assert "\n" not in str(caught.value)
     assert not bench.master.motion.world.names().transforms
 

@@ -47,7 +47,7 @@ class Server:
 
     Args:
         master: the master; its bus is run elsewhere.
-        grants: references by the sensor that may observe them, whoever controls the arm.
+        grants: references by the sensor that may observe them, under any coordinator.
 
     Attributes:
         unattended: lockstep cycles that went on although the holder of the lease did not wait.

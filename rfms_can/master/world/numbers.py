@@ -27,9 +27,6 @@ REST_AFTER_S: Final = 0.2
 """Time in which the prediction of an object that is not observed any more comes to rest, s, unless
 the reference states another one: as short as the fades that smooth the noise."""
 
-MAX_REST_S: Final = 5.0
-"""Longest time in which a prediction comes to rest, s."""
-
 
 def check_numbers(name: str, what: str, numbers: Sequence[float], bound: float) -> None:
     """Raise ``TransformError`` unless all are finite and within +-``bound``."""

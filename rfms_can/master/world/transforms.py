@@ -9,7 +9,6 @@ from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.world.functions import evaluator
 from rfms_can.master.world.modes import Limits
 from rfms_can.master.world.numbers import (
-    MAX_REST_S,
     MAX_SPEED,
     check_numbers,
     check_rigid,
@@ -123,8 +122,6 @@ class Transforms:
             check_numbers(name, "its twist", message.twist, MAX_SPEED)
             vx, vy, vz, wx, wy, wz = message.twist
             twist = ((vx, vy, vz), (wx, wy, wz))
-        if message.rest_after is not None:
-            check_numbers(name, "its time to come to rest", (message.rest_after,), MAX_REST_S)
         reference = self.table.get(name)
         if not isinstance(reference, Reference):
             reference = self.table[name] = Reference(self._period)
