@@ -2,16 +2,24 @@
 
     rfms run examples/conveyor.py
 
+or with the camera in a process of its own, beside the program that moves the arm:
+
+    rfms serve --grant camera=part &
+    python examples/conveyor.py &
+    rfms coordinate examples/conveyor.py
+
 The part is a reference transform that the arm reads in every cycle. A camera observes it: 50
 pictures a second, each 20 ms old when it arrives, with its time stamp. The server extrapolates with
 the observed velocity (``predict="velocity"``), so the tool follows the part and not the pictures;
 the move to it is a straight line in the part's own frame. One class here replaces the factory: the
-belt, which knows the true position of the part.
+belt, which knows the true position of the part. Parts come at fixed times of the server's clock: so
+two processes have the same belt.
 """
 
 import math
+import sys
 
-from rfms_can.coordinator import Arm, Expression, Transform
+from rfms_can.coordinator import Arm, Expression, LeaseError, Transform, connect_sensor
 
 SPEED = 0.1
 """Of the belt, m/s."""
@@ -33,6 +41,23 @@ REACH = -0.18
 
 AHEAD = 0.35
 """How far ahead of there the arm waits, s of the belt's motion, to join the part smoothly."""
+
+FIRST = 2.2
+"""When the first part comes within reach, s of the arm's clock."""
+
+EVERY = 12.0
+"""From one part to the next, s."""
+
+LEAD = 1.5
+"""The arm takes the next part that does not come within reach sooner than this, s."""
+
+CAMERA = "camera"
+"""Name of the sensor, if the camera is one of its own."""
+
+
+def coming(time: float) -> float:
+    """When the part comes within reach that is to be taken next, s of the arm's clock."""
+    return FIRST + EVERY * max(0, math.ceil((time + LEAD - FIRST) / EVERY))
 
 
 class Belt:
@@ -64,7 +89,9 @@ class Belt:
 def program(arm: Arm) -> None:
     """Wait where the part enters, take it, carry it up, go home."""
     hand = arm.pose
-    belt = Belt(hand, SPEED, arm.time + 2.2)
+    if CAMERA in arm.status.sensors:
+        arm.grant(CAMERA, ["part"], within=20.0)
+    belt = Belt(hand, SPEED, coming(arm.time))
     home = arm.transform("home", hand)
     tool = arm.transform("tool", Transform.translation(0.0, 0.0, 0.1354))
     down = arm.transform("down", DOWN)
@@ -101,7 +128,26 @@ def program(arm: Arm) -> None:
 
 
 def look(arm: Arm, belt: Belt, part: Expression) -> None:
-    """Wait for the next picture and send its observation with the time stamp."""
+    """Wait for the next picture and send its observation, unless the camera does it itself."""
     arm.sleep(FRAME)
-    taken = arm.time - LATE
-    arm.observe(part, belt.picture(taken), at=taken)
+    if CAMERA not in arm.status.sensors:
+        taken = arm.time - LATE
+        arm.observe(part, belt.picture(taken), at=taken)
+
+
+def camera(server: str = "rfms") -> None:
+    """The camera as a sensor of its own, until the program that moves the arm has ended."""
+    with connect_sensor(server, name=CAMERA, patience_s=60.0) as sensor:
+        sensor.wait_for_coordinator(within=60.0)
+        belt = Belt(Transform(*sensor.status.t6), SPEED, coming(sensor.time))
+        try:
+            while True:
+                sensor.sleep(FRAME)
+                taken = sensor.time - LATE
+                sensor.observe("part", belt.picture(taken), at=taken, predict="velocity")
+        except LeaseError as over:
+            print(over)
+
+
+if __name__ == "__main__":
+    camera(*sys.argv[1:])

@@ -12,7 +12,7 @@ import pytest
 from support.command_line import Rfms
 from support.server import Client, free_port
 
-from rfms_can.cli.serve import latency_lines
+from rfms_can.cli.serve import grants_of, latency_lines
 from rfms_can.errors import LinkError
 from rfms_can.link.client import ClientSocket
 from rfms_can.link.keys import ClientKeys
@@ -29,12 +29,24 @@ from rfms_can.messages import LeaseRequest, MoveOver, Query, ServerNumbers
         (["--tcp", "65534"], "three in a row"),
         (["--tcp", "5000", "--keys", "k"], "server.key_secret is not a key"),
         (["--name", "../up"], "server name '../up'"),
+        (["--grant", "camera"], "--grant 'camera': give SENSOR=REFERENCE,REFERENCE"),
+        (["--grant", "=part"], "--grant '=part': give SENSOR=REFERENCE,REFERENCE"),
+        (["--grant", "camera=part,"], "each of 1 to 64 characters, as in camera=part"),
+        (["--grant", "camera=" + ",".join("abc" * 11)], "33 references for sensor 'camera', 32"),
+        ([a for k in range(17) for a in ("--grant", f"s{k}=part")], "17 sensors, 16 may be"),
     ],
 )
 def test_what_cannot_be_served_is_said_in_one_line(
     rfms: Rfms, arguments: list[str], reason: str
 ) -> None:
     assert reason in rfms("serve", *arguments).complaint
+
+
+def test_grants_of_one_sensor_add_up() -> None:
+    assert grants_of(["camera=part, tray", "probe=tip", "camera=lid"]) == {
+        "camera": ["part", "tray", "lid"],
+        "probe": ["tip"],
+    }
 
 
 def test_keys_let_a_client_in(rfms: Rfms, tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def test_a_transform_of_each_kind(arm: Arm, link: FakeLink) -> None:
     made = (
         arm.transform("table", THERE),
         arm.reference("part", THERE),
-        arm.reference("belt", THERE, predict="velocity"),
+        arm.reference("belt", THERE, predict="velocity", rest_after=0.5),
         arm.functional("weave", weave),
         arm.functional("seam", weave, base=THERE),
     )
@@ -71,8 +71,8 @@ def test_a_transform_of_each_kind(arm: Arm, link: FakeLink) -> None:
     ]
     assert link.heard == [
         TransformMessage("table", THERE),
-        TransformMessage("part", THERE, "reference"),
-        TransformMessage("belt", THERE, "reference", predict="velocity"),
+        TransformMessage("part", THERE, "reference", predict="hold", rest_after=0.2),
+        TransformMessage("belt", THERE, "reference", predict="velocity", rest_after=0.5),
         TransformMessage("weave", HERE, "functional", weave),
         TransformMessage("seam", THERE, "functional", weave),
     ]
@@ -118,7 +118,7 @@ def test_an_observation_keeps_how_its_reference_is_predicted(arm: Arm, link: Fak
     arm.observe("belt", THERE, at=1.25, twist=TWIST)
     arm.observe("belt", THERE, twist=list(TWIST))
     assert link.heard[2:] == [
-        TransformMessage("part", THERE, "reference"),
+        TransformMessage("part", THERE, "reference", predict="hold"),
         TransformMessage("belt", THERE, "reference", None, "velocity", TWIST, 1.25),
         TransformMessage("belt", THERE, "reference", None, "velocity", TWIST),
     ]

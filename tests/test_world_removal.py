@@ -120,9 +120,9 @@ def test_what_cannot_be_removed_is_refused_in_one_line(
 def test_a_reference_that_was_removed_is_no_longer_looked_at(world: WorldModel) -> None:
     message = TransformMessage("belt", shift(0.1), "reference", predict="velocity")
     world.define_transform(message, 0)
-    assert world.unseen(1000) == ["belt"]
+    assert world.silent(1000) == ["belt"]
     remove(world, "belt")
-    assert world.unseen(1000) == []
+    assert world.silent(1000) == []
 
 
 def test_the_same_definition_again_changes_nothing(world: WorldModel) -> None:

@@ -25,6 +25,7 @@ from rfms_can.messages import (
     Query,
     Refusal,
     Reply,
+    SensorRequest,
     ServerNumbers,
     Status,
     TableRow,
@@ -35,7 +36,11 @@ from rfms_can.messages import (
 GROUPS: Final[tuple[tuple[str, str, tuple[Any, ...]], ...]] = (
     ("Envelope", "What a coordinator sends to `requests`.", (Envelope,)),
     ("Requests that need the lease", "", get_args(ArmRequest)),
-    ("Requests that do not", "", (LeaseRequest, Query, OutcomeQuery, WaitRequest)),
+    (
+        "Requests that do not",
+        "",
+        (LeaseRequest, SensorRequest, Query, OutcomeQuery, WaitRequest),
+    ),
     ("Conditions of a WAIT", "", get_args(AnyCondition)),
     ("Functions of a functional transform", "", (*get_args(AnyFunction), TableRow)),
     (

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,12 +17,16 @@ from rfms_can.link.address import DEFAULT_NAME, checked
 from rfms_can.link.keys import ServerKeys, new_client_keys, new_server_keys
 from rfms_can.messages import ServerNumbers
 from rfms_can.messages.numbers import LATENCY_EDGES_NS
+from rfms_can.messages.sensors import MAX_REFERENCES, MAX_SENSORS
 from rfms_can.rig.interrupt import signals_noted
 from rfms_can.rig.realtime import set_real_time
 from rfms_can.rig.settings import RunSettings, SettingsError
 
 if TYPE_CHECKING:
     from rfms_can.rig.serve import Listening, Served, Serving
+
+LONGEST_NAME = 64
+"""Characters of a name on the link."""
 
 Shown = Callable[["Serving"], None]
 
@@ -34,6 +38,14 @@ BindOption = Annotated[str, typer.Option("--bind", help="TCP address; without ke
 KeysOption = Annotated[
     Path | None, typer.Option("--keys", help="key directory (rfms keys); TCP requires these keys")
 ]
+GrantOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--grant",
+        metavar="SENSOR=REFERENCE,...",
+        help="references that a sensor may observe in a session of its own; repeatable",
+    ),
+]
 
 
 @takes_settings()
@@ -44,6 +56,7 @@ def serve(
     tcp: TcpOption = None,
     bind: BindOption = "127.0.0.1",
     keys: KeysOption = None,
+    grant: GrantOption = None,
     attach: Annotated[
         bool, typer.Option("--attach", help="the other nodes are on the bus already")
     ] = False,
@@ -57,6 +70,7 @@ def serve(
     from rfms_can.rig import serve as rig
 
     listening = _listening(name, tcp, bind, keys)
+    grants = grants_of(grant or [])
 
     def ready() -> None:
         if as_json:
@@ -72,6 +86,7 @@ def serve(
             ready=ready,
             shown=shown,
             interrupted=interrupt,
+            grants=grants,
         )
     _report(f"{name} served {settings.arm}, {settings.bus}", served, as_json=as_json)
     if served.fault is not None:
@@ -90,6 +105,32 @@ def keys(
     if client is not None:
         secret = new_client_keys(directory, client)
         typer.echo(f"{secret}: keys of {client!r}; move it to the client and leave no copy")
+
+
+def grants_of(texts: Sequence[str]) -> dict[str, list[str]]:
+    """References by sensor, of texts like ``camera=part,tray``.
+
+    Raises:
+        SettingsError: a text is of another form, or there are too many of something.
+    """
+    grants: dict[str, list[str]] = {}
+    for text in texts:
+        sensor, equals, names = text.partition("=")
+        sensor, references = sensor.strip(), [name.strip() for name in names.split(",")]
+        if not equals or not all(0 < len(name) <= LONGEST_NAME for name in (sensor, *references)):
+            raise SettingsError(
+                f"--grant {text!r}: give SENSOR=REFERENCE,REFERENCE, each of 1 to {LONGEST_NAME} "
+                f"characters, as in camera=part"
+            )
+        grants[sensor] = [*grants.get(sensor, []), *references]
+        if len(grants[sensor]) > MAX_REFERENCES:
+            raise SettingsError(
+                f"--grant {text!r}: {len(grants[sensor])} references for sensor {sensor!r}, "
+                f"{MAX_REFERENCES} may be; give it fewer"
+            )
+    if len(grants) > MAX_SENSORS:
+        raise SettingsError(f"--grant: {len(grants)} sensors, {MAX_SENSORS} may be; give fewer")
+    return grants
 
 
 def _listening(name: str, tcp: int | None, bind: str, keys: Path | None) -> "Listening":

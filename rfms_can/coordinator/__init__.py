@@ -12,6 +12,7 @@ from rfms_can.coordinator.gripper import AsyncGripper, Gripper
 from rfms_can.coordinator.link import Link
 from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.moves import MovePlan
+from rfms_can.coordinator.sensor import Sensor, connect_sensor
 from rfms_can.errors import (
     EquationError,
     FaultError,
@@ -62,6 +63,7 @@ __all__ = [
     "ProgramError",
     "RfmsError",
     "SelectionError",
+    "Sensor",
     "Status",
     "StoppedError",
     "Table",
@@ -72,5 +74,6 @@ __all__ = [
     "Weave",
     "connect",
     "connect_async",
+    "connect_sensor",
     "emergency_stop",
 ]

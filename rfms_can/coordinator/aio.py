@@ -9,11 +9,13 @@
 Arguments, results and errors are those of :class:`Arm`.
 """
 
+import asyncio
+import time
 from collections.abc import Coroutine, Sequence
 from typing import Any, Unpack
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import IDENTITY, Predict
+from rfms_can.coordinator.definitions import IDENTITY, LOOK_S, REST_AFTER_S
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import AsyncGripper
 from rfms_can.coordinator.link import AsyncLink
@@ -32,7 +34,7 @@ from rfms_can.messages import (
     StopRequest,
     TareRequest,
 )
-from rfms_can.messages.world import What
+from rfms_can.messages.world import Predict, What
 from rfms_can.transform import Transform
 
 
@@ -71,9 +73,15 @@ class AsyncArm(ArmView):
         self._moves.redefined(await self._link.request(definitions.value(name, value)))
         return Expression(name)
 
-    async def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
+    async def reference(
+        self,
+        name: str,
+        value: Transform,
+        predict: Predict = "hold",
+        rest_after: float = REST_AFTER_S,
+    ) -> Expression:
         """See :meth:`Arm.reference`."""
-        await self._link.request(self._reference(name, value, predict))
+        await self._link.request(self._reference(name, value, predict, rest_after))
         return Expression(name)
 
     async def functional(
@@ -93,6 +101,19 @@ class AsyncArm(ArmView):
     ) -> None:
         """See :meth:`Arm.observe`."""
         await self._link.request(self._observation(reference, value, at, twist))
+
+    async def grant(
+        self, sensor: str, references: Sequence[str | Expression], within: float = 0.0
+    ) -> None:
+        """See :meth:`Arm.grant`."""
+        request = definitions.grant(sensor, references)
+        until = time.monotonic() + definitions.patience(sensor, within)
+        await self._link.request(request)
+        while within and self.status.sensors.get(sensor) != "live":
+            if time.monotonic() >= until:
+                raise definitions.absent(sensor, within, self.status.sensors)
+            await asyncio.sleep(LOOK_S)
+            await self._link.request(request)
 
     async def position(
         self,

@@ -27,6 +27,7 @@ from rfms_can.messages import (
     MoveOutcome,
     OutcomeQuery,
     Reply,
+    SensorRequest,
     Status,
     StopRequest,
     WaitRequest,
@@ -88,7 +89,7 @@ class AsyncRemoteLink:
 
     # --- requests -----------------------------------------------------------------------------
 
-    async def request(self, message: ArmRequest | LeaseRequest) -> Answer:
+    async def request(self, message: ArmRequest | LeaseRequest | SensorRequest) -> Answer:
         """Send a request; see ``RemoteLink.request``."""
         return await self._in_turn(message)
 

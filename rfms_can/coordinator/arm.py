@@ -16,11 +16,12 @@ program runs between two waits. Every request raises ``FaultError`` once a fault
 over the link also ``LeaseError`` and ``LinkError``.
 """
 
+import time
 from collections.abc import Sequence
 from typing import Unpack
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import IDENTITY, TARE_S, Predict
+from rfms_can.coordinator.definitions import IDENTITY, LOOK_S, REST_AFTER_S, TARE_S
 from rfms_can.coordinator.equation import Equation, Expression
 from rfms_can.coordinator.gripper import Gripper
 from rfms_can.coordinator.link import Link
@@ -39,7 +40,7 @@ from rfms_can.messages import (
     StopRequest,
     TareRequest,
 )
-from rfms_can.messages.world import What
+from rfms_can.messages.world import Predict, What
 from rfms_can.transform import Transform
 
 
@@ -71,18 +72,26 @@ class Arm(ArmView):
         self._moves.redefined(self._link.request(definitions.value(name, value)))
         return Expression(name)
 
-    def reference(self, name: str, value: Transform, predict: Predict = "hold") -> Expression:
+    def reference(
+        self,
+        name: str,
+        value: Transform,
+        predict: Predict = "hold",
+        rest_after: float = REST_AFTER_S,
+    ) -> Expression:
         """Define a transform of kind reference: read in every cycle, also by the current move.
 
         Args:
             name: its name in the world model.
             value: initial value, until the first observation.
             predict: between observations ``"hold"`` the last, or extrapolate by its ``"velocity"``.
+            rest_after: time in which the extrapolation comes to rest once observations stay out,
+                0.2 to 5 s; longer where the acceleration of the mode demands it.
 
         Raises:
             TransformError: it is not a transform, or the server refuses it.
         """
-        self._link.request(self._reference(name, value, predict))
+        self._link.request(self._reference(name, value, predict, rest_after))
         return Expression(name)
 
     def functional(
@@ -127,6 +136,31 @@ class Arm(ArmView):
                 future or too old.
         """
         self._link.request(self._observation(reference, value, at, twist))
+
+    def grant(
+        self, sensor: str, references: Sequence[str | Expression], within: float = 0.0
+    ) -> None:
+        """Let a sensor observe references, in a session of its own, and nothing else.
+
+        The grant takes the place of an earlier one, and ends with this program's session.
+
+        Args:
+            sensor: the name it connects with (``connect_sensor``).
+            references: their names; none revokes the grant.
+            within: how long to wait until it is connected, s of wall time; 0: not.
+
+        Raises:
+            ProgramError: a name or the time is out of bounds, the sensor does not come in time, or
+                the arm is in this program's own process.
+        """
+        request = definitions.grant(sensor, references)
+        until = time.monotonic() + definitions.patience(sensor, within)
+        self._link.request(request)
+        while within and self.status.sensors.get(sensor) != "live":
+            if time.monotonic() >= until:
+                raise definitions.absent(sensor, within, self.status.sensors)
+            time.sleep(LOOK_S)
+            self._link.request(request)
 
     def position(
         self,

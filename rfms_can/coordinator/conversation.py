@@ -7,7 +7,15 @@ import msgspec
 
 from rfms_can.coordinator.refusals import error_of
 from rfms_can.errors import LinkError
-from rfms_can.messages import Answer, AnyRequest, Envelope, LeaseRequest, Reply, Status
+from rfms_can.messages import (
+    Answer,
+    AnyRequest,
+    Envelope,
+    LeaseRequest,
+    Reply,
+    SensorRequest,
+    Status,
+)
 
 Heard = TypeVar("Heard", Reply, Status)
 
@@ -49,17 +57,17 @@ class Lease(NamedTuple):
     duration_s: float
 
     @property
-    def acquire(self) -> LeaseRequest:
+    def acquire(self) -> LeaseRequest | SensorRequest:
         """Acquire the lease."""
         return LeaseRequest("acquire", self.name, self.duration_s)
 
     @property
-    def renew(self) -> LeaseRequest:
+    def renew(self) -> LeaseRequest | SensorRequest:
         """Renew it for its duration from now."""
         return LeaseRequest("renew", self.name, self.duration_s)
 
     @property
-    def release(self) -> LeaseRequest:
+    def release(self) -> LeaseRequest | SensorRequest:
         """Release it."""
         return LeaseRequest("release", self.name)
 

@@ -5,8 +5,8 @@ checks are those of the message types, so an error is reported with the line of 
 server repeats them and adds those that need the world model.
 """
 
-from collections.abc import Mapping
-from typing import Any, Final, Literal
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from rfms_can.compliance.selection import Selection, SelectionError, parse_bias
 from rfms_can.coordinator.equation import Equation, Expression
@@ -24,6 +24,7 @@ from rfms_can.messages import (
     AnyFunction,
     ComplyRequest,
     FeedRequest,
+    GrantRequest,
     GripperRequest,
     LockRequest,
     ModeMessage,
@@ -33,13 +34,19 @@ from rfms_can.messages import (
     TransformMessage,
     Vector6,
 )
-from rfms_can.messages.world import What
+from rfms_can.messages.world import Predict, What
 from rfms_can.transform import Transform
 
 IDENTITY: Final = Transform.identity()
 TARE_S: Final = 0.6
 """Longest duration of a tare, s."""
-Predict = Literal["hold", "velocity"]
+REST_AFTER_S: Final = 0.2
+"""Time in which a reference comes to rest once observations stay out, unless it is given, s."""
+
+LOOK_S: Final = 0.05
+"""Time between two looks whether a sensor is there, s."""
+LONGEST_WAIT_S: Final = 3600.0
+"""Longest wait for a sensor, s."""
 
 
 def value(name: str, pose: Transform) -> TransformMessage:
@@ -51,9 +58,12 @@ def value(name: str, pose: Transform) -> TransformMessage:
     return _transform(TransformMessage(name, _pose(name, pose)))
 
 
-def reference(name: str, pose: Transform, predict: Predict) -> TransformMessage:
+def reference(name: str, pose: Transform, predict: Predict, rest_after: float) -> TransformMessage:
     """A transform of kind reference; raises as :func:`value` does."""
-    return _transform(TransformMessage(name, _pose(name, pose), kind="reference", predict=predict))
+    message = TransformMessage(
+        name, _pose(name, pose), kind="reference", predict=predict, rest_after=rest_after
+    )
+    return _transform(message)
 
 
 def functional(name: str, function: AnyFunction, base: Transform) -> TransformMessage:
@@ -102,6 +112,65 @@ def observation(
         name, _pose(name, pose), kind="reference", predict=predict, twist=twist, stamp=at
     )
     return _transform(message)
+
+
+def sighting(
+    name: str,
+    pose: Transform,
+    at: float | None,
+    twist: Sequence[float] | None,
+    *,
+    predict: Predict | None,
+    rest_after: float | None,
+) -> TransformMessage:
+    """An observation by a sensor, which does not know the coordinator's references.
+
+    Raises:
+        TransformError: the value is not a transform, or a number is out of bounds.
+    """
+    exact: Vector6 | None = None if twist is None else tuple(twist)  # type: ignore[assignment]
+    return _transform(
+        TransformMessage(
+            name,
+            _pose(name, pose),
+            kind="reference",
+            predict=predict,
+            twist=exact,
+            stamp=at,
+            rest_after=rest_after,
+        )
+    )
+
+
+def grant(sensor: str, references: Sequence[str | Expression]) -> GrantRequest:
+    """What a sensor may observe; ``ProgramError`` if a name is invalid, or they are too many."""
+    if isinstance(references, str):
+        raise ProgramError(
+            f"grant to sensor {sensor!r}: references {references!r} is one text; give a list of "
+            f"names, as in [{references!r}]"
+        )
+    return checked(
+        GrantRequest(sensor, [str(reference) for reference in references]),
+        ProgramError,
+        f"grant to sensor {sensor!r}",
+    )
+
+
+def patience(sensor: str, within: float) -> float:
+    """How long to wait for a sensor, s; ``ProgramError`` if it is not 0 to an hour."""
+    if not isinstance(within, float | int) or not 0.0 <= within <= LONGEST_WAIT_S:  # also NaN
+        raise ProgramError(
+            f"grant to sensor {sensor!r}: within {within!r} s, 0 to {LONGEST_WAIT_S:g} may be"
+        )
+    return within
+
+
+def absent(sensor: str, within: float, sensors: Mapping[str, str]) -> ProgramError:
+    """The error for a sensor that did not connect."""
+    return ProgramError(
+        f"sensor {sensor!r} has not connected within {within:g} s (it is "
+        f"{sensors.get(sensor, 'not granted')}): start its program, with connect_sensor"
+    )
 
 
 def position(

@@ -31,6 +31,7 @@ from rfms_can.messages import (
     MoveOutcome,
     OutcomeQuery,
     Reply,
+    SensorRequest,
     Status,
     StopRequest,
     WaitRequest,
@@ -47,6 +48,7 @@ class RemoteLink:
         socket: connected; the caller closes it.
         name: of this coordinator, shown to others that are refused.
         lease_s: time without a renewal after which the server stops the arm, s.
+        lease: what is kept instead of the lease on the arm; None: that.
         interrupted: whether the program is to end; called while it waits.
         watch: called periodically with the arm's state while the program waits.
         now: local time, s, monotonic.
@@ -58,12 +60,13 @@ class RemoteLink:
         name: str,
         lease_s: float,
         *,
+        lease: Lease | None = None,
         interrupted: Callable[[], bool] = lambda: False,
         watch: Callable[[Status], None] = lambda _: None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._socket = socket
-        self._lease = Lease(name, lease_s)
+        self._lease = lease or Lease(name, lease_s)
         self._interrupted = interrupted
         self._watch = watch
         self._now = now
@@ -93,6 +96,10 @@ class RemoteLink:
         self.request(StopRequest())
         self.wait(*stopped(self.status()))
 
+    def renew(self) -> None:
+        """Renew the lease now; the arm's state is that of the reply."""
+        self.request(self._lease.renew)
+
     def release(self) -> None:
         """Release the lease, if the server still answers; a moving arm is stopped."""
         self._left.set()
@@ -114,7 +121,7 @@ class RemoteLink:
 
     # --- requests -----------------------------------------------------------------------------
 
-    def request(self, message: ArmRequest | LeaseRequest) -> Answer:
+    def request(self, message: ArmRequest | LeaseRequest | SensorRequest) -> Answer:
         """Send a request; it is sent again, with the same number, if no reply comes.
 
         Raises:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Final
 
 from rfms_can.coordinator import definitions
-from rfms_can.coordinator.definitions import Predict
 from rfms_can.coordinator.equation import Expression
 from rfms_can.coordinator.link import State
 from rfms_can.coordinator.moves import MovePlan, Moves
@@ -17,6 +16,7 @@ from rfms_can.messages import (
     TransformMessage,
     Vector6,
 )
+from rfms_can.messages.world import Predict
 from rfms_can.transform import Transform
 
 LONGEST_S: Final = 1e6
@@ -86,8 +86,10 @@ class ArmView:
         """
         return self._moves.plan(sequence)
 
-    def _reference(self, name: str, pose: Transform, predict: Predict) -> TransformMessage:
-        message = definitions.reference(name, pose, predict)
+    def _reference(
+        self, name: str, pose: Transform, predict: Predict, rest_after: float
+    ) -> TransformMessage:
+        message = definitions.reference(name, pose, predict, rest_after)
         self._references[name] = predict
         return message
 
@@ -104,8 +106,16 @@ class ArmView:
 
     def _after(self, seconds: float) -> CycleReached:
         """The cycle ``seconds`` ahead; a positive time is at least one period."""
-        if not isinstance(seconds, float | int) or not 0.0 <= seconds <= LONGEST_S:  # also NaN
-            raise ProgramError(f"sleep of {seconds!r} s: give a time, 0 to {LONGEST_S:g}")
-        status = self.status
-        periods = round(seconds / status.period)
-        return CycleReached(status.cycle + (periods or seconds > 0.0))
+        return cycle_after(self.status, seconds)
+
+
+def cycle_after(status: Status, seconds: float) -> CycleReached:
+    """The cycle ``seconds`` after that of a status; a positive time is at least one period.
+
+    Raises:
+        ProgramError: the time is negative, too long or not a number.
+    """
+    if not isinstance(seconds, float | int) or not 0.0 <= seconds <= LONGEST_S:  # also NaN
+        raise ProgramError(f"sleep of {seconds!r} s: give a time, 0 to {LONGEST_S:g}")
+    periods = round(seconds / status.period)
+    return CycleReached(status.cycle + (periods or seconds > 0.0))

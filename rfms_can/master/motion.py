@@ -195,7 +195,13 @@ class Motion:
         active = self._moves.active(generator.sequence, len(generator.active_goals) - 1)
         names = (name for move in active for name in move.position.references)
         for name in dict.fromkeys(names):
-            self.world.halt_transform(name, generator.tick_count, self._limits(name))
+            limits = self._limits(name)
+            if limits is not None:
+                self.world.halt_transform(name, generator.tick_count, limits)
+
+    def settle(self, name: str) -> None:
+        """A reference is not observed any more: it comes to rest in the time it states."""
+        self.world.settle_transform(name, self.generator.tick_count, self._limits(name))
 
     def _pause(self, _: PauseRequest) -> None:
         self.generator.pause()
@@ -287,8 +293,8 @@ class Motion:
             self._hold(self.commanded.theta)
         elif generator.stopped:
             self._hold(self.commanded.theta)  # force control goes on complying where it stopped
-        for name in world.unseen(generator.tick_count):
-            world.halt_transform(name, generator.tick_count, self._limits(name))
+        for name in world.silent(generator.tick_count):
+            self.settle(name)
         setpoint = generator.tick()
         refusal = self._lagging() or self.commanded.check(setpoint)
         if refusal is None:

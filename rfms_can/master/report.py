@@ -1,5 +1,9 @@
 """What the master tells programs: the arm's status, and whether what they wait for holds."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
 from rfms_can.kinematics import direct
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
@@ -12,6 +16,8 @@ from rfms_can.messages import (
     MoveOver,
     Status,
 )
+
+NO_SENSORS: Final[Mapping[str, str]] = MappingProxyType({})
 
 
 def holds(master: MasterNode, condition: AnyCondition) -> bool:
@@ -43,7 +49,11 @@ def arm_at_rest(master: MasterNode) -> bool:
 
 
 def status_of(
-    master: MasterNode, lease: str | None = None, refused: int = 0, issued: int = 0
+    master: MasterNode,
+    lease: str | None = None,
+    refused: int = 0,
+    issued: int = 0,
+    sensors: Mapping[str, str] = NO_SENSORS,
 ) -> Status:
     """The arm's state at the end of the last closed cycle.
 
@@ -52,6 +62,7 @@ def status_of(
         lease: who holds it.
         refused: requests refused so far.
         issued: statuses made before.
+        sensors: states of the sensors, by name.
     """
     motion, state = master.motion, master.arm_state
     generator, force = motion.generator, master.force_control
@@ -87,4 +98,5 @@ def status_of(
         fault=master.fault,
         emergency=master.emergency is not None,
         issued=issued,
+        sensors=dict(sensors),
     )

@@ -19,6 +19,7 @@ from rfms_can.messages.requests import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.sensors import GrantRequest, SensorRequest
 from rfms_can.messages.session import (
     NAMES_LISTED,
     Answer,
@@ -67,6 +68,7 @@ __all__ = [
     "Enabled",
     "Envelope",
     "FeedRequest",
+    "GrantRequest",
     "GripperRequest",
     "JawAtRest",
     "LeaseRequest",
@@ -89,6 +91,7 @@ __all__ = [
     "ResetRequest",
     "ResumeRequest",
     "Rigid",
+    "SensorRequest",
     "ServerNumbers",
     "Status",
     "StopRequest",

@@ -23,6 +23,7 @@ from rfms_can.messages.requests import (
     StopRequest,
     TareRequest,
 )
+from rfms_can.messages.sensors import GrantRequest, SensorRequest
 from rfms_can.messages.world import (
     Kind,
     ModeMessage,
@@ -120,10 +121,11 @@ ArmRequest = (
     | LockRequest
     | TareRequest
     | ResetRequest
+    | GrantRequest
 )
-"""Requests that the master handles; all of them need the lease."""
+"""Requests of the program that controls the arm; all of them need the lease."""
 
-AnyRequest = ArmRequest | LeaseRequest | Query | OutcomeQuery | WaitRequest
+AnyRequest = ArmRequest | LeaseRequest | SensorRequest | Query | OutcomeQuery | WaitRequest
 
 
 class Envelope(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -256,6 +258,8 @@ class Status(msgspec.Struct, frozen=True):
         fault: the latched fault, or None.
         emergency: whether an emergency stop is in force, which only a person lifts.
         issued: statuses the server has made before; of two the higher one is the newer.
+        sensors: by name ``granted``, ``live`` or ``silent``: those that may observe references in
+            sessions of their own.
     """
 
     cycle: int
@@ -285,6 +289,7 @@ class Status(msgspec.Struct, frozen=True):
     fault: str | None
     emergency: bool = False
     issued: int = 0
+    sensors: dict[str, str] = {}
 
 
 class Reply(msgspec.Struct, frozen=True):

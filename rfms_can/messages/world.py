@@ -21,6 +21,8 @@ from rfms_can.messages.functions import AnyFunction
 
 Kind = Literal["value", "reference", "functional"]
 What = Literal["transform", "position", "mode"]
+Predict = Literal["hold", "velocity"]
+RestAfter = Annotated[float, msgspec.Meta(ge=0.2, le=5.0)]
 
 
 class TransformMessage(Message, frozen=True, tag="TRANSFORM"):
@@ -37,20 +39,24 @@ class TransformMessage(Message, frozen=True, tag="TRANSFORM"):
             times ``function`` of the motion parameters, as it is defined when a move begins. A
             transform keeps its kind until it is removed.
         function: of a functional transform.
-        predict: of a reference: ``hold`` until the next observation, or extrapolate by the
-            ``velocity`` of the last ones.
+        predict: of a reference: ``hold`` the last observation, or extrapolate by the ``velocity``
+            of the last ones; as it was before if None, at first ``hold``.
         twist: observed velocity of its origin, m/s, and angular velocity, rad/s, both in the frame
             its value is given in. Estimated from the observations if None.
         stamp: the server's time at which it was observed, s; now if None.
+        rest_after: of a reference: time in which its prediction comes to rest when observations
+            stay out, s; as it was before if None, at first 0.2. Longer where the acceleration of
+            the mode demands it.
     """
 
     name: Name
     rows: Rigid
     kind: Kind = "value"
     function: AnyFunction | None = None
-    predict: Literal["hold", "velocity"] = "hold"
+    predict: Predict | None = None
     twist: Vector6 | None = None
     stamp: float | None = None
+    rest_after: RestAfter | None = None
 
 
 class PositionMessage(Message, frozen=True, tag="POSITION"):

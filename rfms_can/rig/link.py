@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-from rfms_can.errors import FaultError
+from rfms_can.errors import FaultError, ProgramError
 from rfms_can.master.node import MasterNode
 from rfms_can.master.phases import Phase
 from rfms_can.master.report import holds, status_of
@@ -12,6 +12,7 @@ from rfms_can.messages import (
     Answer,
     AnyCondition,
     ArmRequest,
+    GrantRequest,
     MoveOutcome,
     ResetRequest,
     Status,
@@ -104,6 +105,12 @@ class DirectLink:
     def _handle(self, message: ArmRequest) -> Answer:
         if self._master.fault is not None and not isinstance(message, ResetRequest):
             raise FaultError(self._master.fault)
+        if isinstance(message, GrantRequest):
+            raise ProgramError(
+                f"grant to sensor {message.sensor!r}: the arm of this program is in its own "
+                f"process, and sensors connect to a server: use rfms serve and connect(), or "
+                f"observe in the program"
+            )
         return self._master.handle(message)
 
     def outcomes(self, first: int, last: int) -> list[MoveOutcome]:

@@ -5,7 +5,7 @@ frame, so that a request received before a cycle is closed acts on the set-point
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -13,7 +13,7 @@ from rfms_can.errors import FaultError, LinkError
 from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of
 from rfms_can.link.keys import ServerKeys
 from rfms_can.link.server import ServerSocket, check_binding
-from rfms_can.master.server.core import Server
+from rfms_can.master.server.core import NO_GRANTS, Server
 from rfms_can.messages import ServerNumbers
 from rfms_can.rig.record import Record
 from rfms_can.rig.result import RunResult
@@ -66,6 +66,7 @@ class Serving:
         interrupted: whether the server is to end.
         shown: called now and then, and at least every ``LOOK_S``.
         bus_bound, keep: as with ``Session``.
+        grants: references by the sensor that may observe them.
 
     Attributes:
         server: the core.
@@ -81,6 +82,7 @@ class Serving:
         shown: "Callable[[Serving], None] | None" = None,
         bus_bound: float | None = None,
         keep: bool = False,
+        grants: Mapping[str, Sequence[str]] = NO_GRANTS,
     ) -> None:
         master = self._master = rig.master
         self._clock = master.settings.clock_definition
@@ -88,7 +90,7 @@ class Serving:
         self._interrupted = interrupted
         self._shown = shown
         self._waited_long_enough = False
-        self.server = Server(master)
+        self.server = Server(master, grants)
         self._driver = ServerDriver(self.server, socket)
         self.session = Session(
             rig,
@@ -188,6 +190,7 @@ def serve(
     ready: Callable[[], None] = lambda: None,
     shown: Callable[[Serving], None] | None = None,
     interrupted: Callable[[], bool] = lambda: False,
+    grants: Mapping[str, Sequence[str]] = NO_GRANTS,
 ) -> Served:
     """Serve a rig built from the settings; see ``execute`` and ``Serving`` for the arguments.
 
@@ -210,6 +213,7 @@ def serve(
                 shown=shown,
                 bus_bound=checked_bus_bound(settings),
                 keep=run_record is not None,
+                grants=grants,
             )
             fault: FaultError | None = None
             try:

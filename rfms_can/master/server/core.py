@@ -6,7 +6,8 @@ counted.
 """
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final, get_args
 
 from rfms_can.errors import FaultError, LeaseError, LinkError, RfmsError
@@ -21,16 +22,19 @@ from rfms_can.master.server.reading import (
     read_request,
 )
 from rfms_can.master.server.replies import Outgoing, Replies, Result
+from rfms_can.master.server.sensors import Sensors
 from rfms_can.master.server.sessions import Session, Sessions, Wait
 from rfms_can.master.server.waits import Waits
 from rfms_can.messages import (
     Answer,
     AnyRequest,
+    GrantRequest,
     LeaseRequest,
     MoveRequest,
     OutcomeQuery,
     Query,
     ResetRequest,
+    SensorRequest,
     ServerNumbers,
     Status,
     StopRequest,
@@ -43,23 +47,28 @@ from rfms_can.tables import complete
 _TIMED: Final = (TransformMessage, MoveRequest, StopRequest)
 """Requests whose latency to the bus is measured."""
 
+NO_GRANTS: Final[Mapping[str, Sequence[str]]] = MappingProxyType({})
+
 
 class Server:
     """Answers coordinators on behalf of a master.
 
     Args:
         master: the master; its bus is run elsewhere.
+        grants: references by the sensor that may observe them, under any coordinator.
 
     Attributes:
         unattended: lockstep cycles that went on although the holder of the lease did not wait.
     """
 
-    def __init__(self, master: MasterNode) -> None:
+    def __init__(self, master: MasterNode, grants: Mapping[str, Sequence[str]] = NO_GRANTS) -> None:
         self.unattended = 0
         self._master = master
         self._sessions = Sessions()
         self._control = Control(master)
+        self._sensors = Sensors(master, self._control.lease, self._control.events, grants)
         self._replies = Replies(master, self._control.lease)
+        self._replies.sensors = lambda: self._sensors.states
         self._waits = Waits(master, self._sessions, self._replies)
         self._latency = Latency(master)
         self._ending = ""
@@ -86,6 +95,7 @@ class Server:
             lease = self._control.lease
             if head.session == lease.holder:
                 lease.renew(now_ns)  # a peer that speaks is alive
+            self._sensors.heard(head.session, now_ns)
             self._look(now_ns)
             self._take(peer, head, now_ns)
         return self._replies.take()
@@ -120,9 +130,10 @@ class Server:
 
     @property
     def time_may_pass(self) -> bool:
-        """Whether the next cycle may begin; see ``Control.time_may_pass``."""
-        control = self._control
-        return control.time_may_pass(holder_waits=self._waits.of(control.lease.holder))
+        """Whether the next cycle may begin; see ``Control.time_may_pass``. Sensors wait too."""
+        control, waits = self._control, self._waits
+        all_wait = waits.of(control.lease.holder) and self._sensors.all_wait(waits.of)
+        return control.time_may_pass(holder_waits=all_wait)
 
     @property
     def holder(self) -> str | None:
@@ -227,6 +238,7 @@ class Server:
             if isinstance(request, WaitRequest):
                 self._check_running()
                 self._check_kept(session)
+                self._sensors.check_wait(session.word)
                 self._waits.begin(session, Wait(head.serial, request.any_of))
                 return
             result = self._do(session, request, now_ns)
@@ -244,6 +256,11 @@ class Server:
         if isinstance(request, Query):
             return _ANSWERS[request.what](self, request)
         self._check_serving()
+        if isinstance(request, SensorRequest):
+            self._check_running()
+            self._sensors.handle(session.word, request, now_ns)
+            return Answer()
+        observes = self._sensors.check(session.word, request)
         if isinstance(request, LeaseRequest):
             if request.action == "renew":
                 self._check_kept(session)
@@ -251,9 +268,13 @@ class Server:
             session.lost = None
             return Answer()
         self._check_kept(session)
-        self._control.lease.check(session.word, now_ns)
+        if not observes:
+            self._control.lease.check(session.word, now_ns)
         if not isinstance(request, ResetRequest):
             self._check_running()
+        if isinstance(request, GrantRequest):
+            self._sensors.grant(request)
+            return Answer()
         answer = master.handle(request)
         if isinstance(request, _TIMED):
             self._latency.taken(now_ns)
@@ -273,6 +294,11 @@ class Server:
                 "was brought to rest and its moves dropped: connect again"
             )
             self._waits.end(session, LeaseError(session.lost))
+
+        for sensor, error in self._sensors.look(now_ns):
+            session = self._sessions.find(sensor)
+            if session is not None:
+                self._waits.end(session, error)
 
     def _note_fault(self) -> None:
         """Tell a person at the server when the arm is halted, and when it is enabled again."""

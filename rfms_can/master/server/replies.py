@@ -1,5 +1,6 @@
 """Replies: an answer or a refusal with its reason, and the arm's state; counted and sent later."""
 
+from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
 import msgspec
@@ -29,11 +30,13 @@ class Replies:
 
     Attributes:
         refused: messages refused so far.
+        sensors: says the state of each sensor.
     """
 
     def __init__(self, master: MasterNode, lease: Lease) -> None:
         self.refused = 0
         self._issued = 0
+        self.sensors: Callable[[], Mapping[str, str]] = dict
         self._master = master
         self._lease = lease
         self._out: list[Outgoing] = []
@@ -41,7 +44,8 @@ class Replies:
     def status(self) -> Status:
         """The arm's state, as of the last closed cycle."""
         self._issued += 1
-        return status_of(self._master, self._lease.name, self.refused, self._issued)
+        sensors = self.sensors()
+        return status_of(self._master, self._lease.name, self.refused, self._issued, sensors)
 
     def make(self, peer: bytes, serial: int, result: Result) -> bytes:
         """Reply to a request; a refusal is counted. The bytes, for who asks again."""

@@ -121,7 +121,12 @@ NO_FADE: Final = Fade.over(((0.0, 0.0, 0.0, 0.0),) * 6, -1, 1.0, 1.0)
 
 
 def shortest_span(
-    difference: Sequence[Derivatives], limits: Limits, lever: float, *, at_rest: bool
+    difference: Sequence[Derivatives],
+    limits: Limits,
+    lever: float,
+    *,
+    at_rest: bool,
+    at_least: float = SHORTEST_SPAN_S,
 ) -> float | None:
     """The shortest span, but for 8 %, over which a difference fades within the limits.
 
@@ -130,12 +135,14 @@ def shortest_span(
         limits: of the acceleration of the fade.
         lever: distance, m, at which rotations move what the limits are for.
         at_rest: whether acceleration and jerk are zero, so that there is one.
+        at_least: the shortest one wanted, but for 8 % less, s.
 
     Returns:
         Seconds; None if it does not exist.
     """
     fraction = KEPT if at_rest else MOST
     every = np.array(difference)
+    shortest = int(np.searchsorted(_SPANS, at_least * (1.0 + 1e-9), side="right")) - 1
     for block in range(_BLOCKS_AT_REST if at_rest else _BLOCKS):
         first = block * _BLOCK
         bend = every @ _SCALED[first : first + _BLOCK]  # (spans, 6, n)
@@ -143,6 +150,7 @@ def shortest_span(
         angular = np.sqrt(np.sum(bend[:, 3:] ** 2, axis=1))
         keeps = np.all(linear + lever * angular <= fraction * limits.acceleration, axis=1)
         keeps &= np.all(angular <= fraction * limits.angular_acceleration, axis=1)
+        keeps[: max(0, shortest - first)] = False
         if keeps.any():
             return float(_SPANS[first + int(np.argmax(keeps))])
     return float(_SPANS[-1]) if at_rest else None

@@ -67,21 +67,33 @@ class WorldModel:
         """
         self._transforms.define(message, tick, limits)
 
-    def unseen(self, tick: int) -> list[str]:
-        """References that go on with a velocity although they were not observed for a second."""
-        return self._transforms.unseen(tick)
+    def silent(self, tick: int) -> list[str]:
+        """References that move on although an observation of them is overdue."""
+        return self._transforms.silent(tick)
 
     def last_observed(self, name: str) -> str | None:
         """What was observed of a reference last, in words; None of one that was not."""
         return self._transforms.last_observed(name)
 
-    def halt_transform(self, name: str, tick: int, limits: Limits | None) -> None:
-        """Bring a reference that moves to rest within limits; it stays until it is observed again.
+    def settle_transform(self, name: str, tick: int, limits: Limits | None) -> None:
+        """Bring a reference that is not observed any more to rest, in the time it states.
+
+        Args:
+            name: of a transform; one that does not move rests.
+            tick: of the next set-point.
+            limits: of the mode the arm moves with; None if nothing that moves uses it.
+        """
+        self._transforms.settle(name, tick, limits)
+
+    def halt_transform(self, name: str, tick: int, limits: Limits) -> None:
+        """Bring a reference that moves to rest as soon as the limits allow.
+
+        It stays until it is observed again.
 
         Args:
             name: of a transform that is defined.
             tick: of the next set-point.
-            limits: of the mode the arm moves with; None if nothing that moves uses it.
+            limits: of the mode the arm moves with.
         """
         self._transforms.halt(name, tick, limits)
 

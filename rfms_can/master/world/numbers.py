@@ -23,6 +23,10 @@ MAX_SPEED: Final = 100.0
 OLDEST_S: Final = 1.0
 """Age at which an observation says nothing any more about where its object is, s."""
 
+REST_AFTER_S: Final = 0.2
+"""Time in which the prediction of an object that is not observed any more comes to rest, s, unless
+the reference states another one: as short as the fades that smooth the noise."""
+
 
 def check_numbers(name: str, what: str, numbers: Sequence[float], bound: float) -> None:
     """Raise ``TransformError`` unless all are finite and within +-``bound``."""

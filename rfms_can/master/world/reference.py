@@ -1,15 +1,23 @@
 """Reference transforms: read in each cycle, changed by what sensors observe (thesis III.3.2)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, Literal, NamedTuple
 
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.world.correction import NO_FADE, NOTHING, Fade, shortest_span
+from rfms_can.master.world.correction import (
+    KEPT,
+    NO_FADE,
+    NOTHING,
+    SHORTEST_SPAN_S,
+    Fade,
+    shortest_span,
+)
 from rfms_can.master.world.functions import screw
 from rfms_can.master.world.modes import Limits
-from rfms_can.master.world.numbers import OLDEST_S
+from rfms_can.master.world.numbers import REST_AFTER_S
 from rfms_can.master.world.observed import (
+    OVERDUE,
     REST,
     Observation,
     Observations,
@@ -22,6 +30,13 @@ from rfms_can.transform import Transform
 
 TAKE_OVERS: Final = 8
 """Moments until the end of a fade at which the next one may take over, besides now."""
+
+BRAKING: Final = 1.875
+"""Largest deceleration of a prediction that comes to rest, times time over velocity: that of the
+polynomial (3.18) of a velocity, whose rest lies half the time ahead."""
+
+Aim = Callable[[int], Prediction]
+"""The prediction to follow, by the tick at which the fade to it begins."""
 
 _NEAR: Final = (-2, -1, 0, 1, 2)
 """Ticks around a take-over at which the rotation is looked at."""
@@ -97,6 +112,11 @@ class Reference:
     Attributes:
         lever: greatest distance, m, at which a rotation of it moves the tool (or, of one on the
             tool's side, T6), over the positions it stands in.
+        predict: how it goes on between observations.
+        rest_after: time in which it comes to rest once observations stay out, s, if the limits of
+            the mode allow.
+        silent_from: tick from which on it goes on although an observation is overdue; None while
+            it rests.
     """
 
     __slots__ = (
@@ -108,45 +128,93 @@ class Reference:
         "_upcoming",
         "_value",
         "lever",
+        "predict",
+        "rest_after",
+        "silent_from",
     )
 
     def __init__(self, period_s: float) -> None:
         self.lever = 0.0
+        self.predict: Literal["hold", "velocity"] = "hold"
+        self.rest_after = REST_AFTER_S
+        self.silent_from: int | None = None
         self._period: Final = period_s
-        self._observations: Final = Observations(0.5 * period_s, OLDEST_S)
+        self._observations: Final = Observations(0.5 * period_s)
         self._course = Course(0, Prediction(Transform.identity(), 0.0))
         self._upcoming: Course | None = None
         self._inverse: Final = Inverse()
         self._tick: int | None = None
         self._value = Transform.identity()
 
-    def observe(
-        self,
-        observation: Observation,
-        predict: Literal["hold", "velocity"],
-        tick: int,
-        limits: Limits | None,
-    ) -> None:
+    def observe(self, observation: Observation, tick: int, limits: Limits | None) -> None:
         """Take an observation, to act from ``tick`` on.
 
         Args:
-            observation: what was seen; the newest by its time counts.
-            predict: how to go on from it.
+            observation: what was seen; the newest by its time counts. Under ``velocity`` one that
+                is far from the prediction counts once others have confirmed it.
             tick: of the next set-point.
             limits: of the mode the arm moves with; None if nothing that moves uses this transform,
                 which then jumps, as it does when it is observed first.
         """
-        known = self._observations.any
-        self._observations.add(observation)
-        held = predict == "hold"
-        prediction = self._observations.held() if held else self._observations.moving()
-        if self._upcoming is not None and tick > self._upcoming.begin:
-            self._course = self._upcoming
-        self._upcoming = self._tick = None
+        known, moving = self._observations.any, self.predict == "velocity"
+        if not self._observations.add(observation, gated=moving):
+            return
+        prediction = self._observations.moving() if moving else self._observations.held()
+        self.silent_from = None
+        if not prediction.rests:
+            overdue = OVERDUE * self._observations.interval / self._period
+            self.silent_from = tick + math.ceil(overdue - 1e-6)
+        self._begin(tick)
         if limits is None or not known:
             self._course = Course(tick, prediction)
             return
-        course = self._plan(prediction, tick - 1, limits)
+        self._follow(self._plan(lambda _: prediction, tick - 1, limits), tick)
+
+    def settle(self, tick: int, limits: Limits | None) -> None:
+        """Bring it to rest because no observation comes, within ``rest_after``.
+
+        It rests where it would have been after half that time. At the end nothing is left of a
+        fade either.
+
+        Args:
+            tick: of the next set-point.
+            limits: of the mode the arm moves with, which may need longer; None if nothing that
+                moves uses this transform.
+        """
+        self.silent_from = None
+        self._begin(tick)
+        old, period = self._course.prediction, self._period
+        speed, turning = math.hypot(*old.velocity), math.hypot(*old.turning)
+        span = self.rest_after
+        if limits is not None:
+            linear = (speed + self.lever * turning) / limits.acceleration
+            braking = BRAKING / KEPT * max(linear, turning / limits.angular_acceleration)
+            span = max(span, braking)
+
+        def resting(begin: int) -> Prediction:
+            return Prediction(old.at(begin * period + 0.5 * span), begin * period)
+
+        if limits is None:
+            target = resting(tick - 1)
+            difference = self._course.less(target, tick - 1, period)
+            self._course = Course(tick - 1, target, Fade.over(difference, tick - 1, span, period))
+            return
+        self._follow(self._plan(resting, tick - 1, limits, span), tick)
+
+    def hold(self, pose: Transform, tick: int, limits: Limits) -> None:
+        """Come to a pose within limits and stay, until it is observed again."""
+        self.silent_from = None
+        self._begin(tick)
+        prediction = Prediction(pose, tick * self._period)
+        self._follow(self._plan(lambda _: prediction, tick - 1, limits), tick)
+
+    def _begin(self, tick: int) -> None:
+        """Go on from what is under way at a tick; what was to come later is given up."""
+        if self._upcoming is not None and tick > self._upcoming.begin:
+            self._course = self._upcoming
+        self._upcoming = self._tick = None
+
+    def _follow(self, course: Course, tick: int) -> None:
         if course.begin < tick:
             self._course = course
         else:
@@ -174,27 +242,39 @@ class Reference:
         """The inverse of its value."""
         return self._inverse.of(self.at(moment))
 
-    def _plan(self, prediction: Prediction, last: int, limits: Limits) -> Course:
+    def _plan(
+        self, aim: Aim, last: int, limits: Limits, at_least: float = SHORTEST_SPAN_S
+    ) -> Course:
         """From the course under way to the new prediction, as soon as the limits allow.
 
         The two agree at the tick ``last`` of the set-point made last: the next differs already.
         The accelerations of a fade under way, which are within the limits, may add to what the new
         one needs; it then takes over a little later, at its end at the latest, where there are
-        none.
+        none. It also waits for that if it then is over sooner: against an acceleration at the
+        limit only a very long fade begins at once.
         """
         course = self._course
         left = max(0, course.fade.end - last)
         begins = [last + left * k // TAKE_OVERS for k in range(TAKE_OVERS + 1)]
+        found: Course | None = None
         for begin in dict.fromkeys(begins):
+            at_rest = begin == last + left
+            if found is not None and not at_rest:
+                continue
+            prediction = aim(begin)
             difference = course.less(prediction, begin, self._period)
             if not any(map(any, difference)):
-                return Course(begin, prediction)
-            at_rest = begin == last + left
-            span = shortest_span(difference, limits, self.lever, at_rest=at_rest)
-            if span is not None:
-                fade = Fade.over(difference, begin, span, self._period)
-                return Course(begin, prediction, fade)
-        raise AssertionError("a fade from rest always has a span")
+                return found or Course(begin, prediction)
+            span = shortest_span(difference, limits, self.lever, at_rest=at_rest, at_least=at_least)
+            if span is None:
+                continue
+            planned = Course(begin, prediction, Fade.over(difference, begin, span, self._period))
+            if found is None or planned.fade.end < found.fade.end:
+                found = planned
+            if found.fade.end <= last + left + SHORTEST_SPAN_S / self._period:
+                return found
+        assert found is not None  # a fade from rest always has a span
+        return found
 
 
 def _central(samples: Sequence[float], period_s: float) -> Derivatives:

@@ -11,7 +11,6 @@ from rfms_can.master.world.functions import evaluator
 from rfms_can.master.world.modes import Limits
 from rfms_can.master.world.numbers import (
     MAX_SPEED,
-    OLDEST_S,
     check_numbers,
     check_rigid,
     check_stamp,
@@ -43,8 +42,7 @@ class Transforms:
         )
         self.kinds: Final[dict[str, Kind]] = {}
         self._counts: Final[Counter[Kind]] = Counter()
-        self._lasting: Final = round(OLDEST_S / period_s)
-        self._carried: Final[dict[str, int]] = {}
+        self._moving: Final[dict[str, Reference]] = {}
 
     def define(self, message: TransformMessage, tick: int, limits: Limits | None) -> None:
         """Enter a transform, redefine it, or take an observation of it.
@@ -62,14 +60,16 @@ class Transforms:
     def remove(self, name: str) -> None:
         """Forget a transform; the caller has seen that nothing uses it."""
         del self.table[name]
-        self._carried.pop(name, None)
+        self._moving.pop(name, None)
         self._counts[self.kinds.pop(name)] -= 1
 
-    def unseen(self, tick: int) -> list[str]:
-        """References that move on by a velocity that was not confirmed for ``OLDEST_S``."""
-        if not self._carried:
-            return []
-        return [name for name, seen in self._carried.items() if tick - seen > self._lasting]
+    def silent(self, tick: int) -> list[str]:
+        """References that move on although an observation of them is overdue at a tick."""
+        return [
+            name
+            for name, reference in self._moving.items()
+            if reference.silent_from is not None and tick >= reference.silent_from
+        ]
 
     def last_observed(self, name: str) -> str | None:
         """What was observed of a reference last, in words; None of one that was not."""
@@ -82,29 +82,36 @@ class Transforms:
             f"{pose.pz:.4g}) m at t = {time:.3f} s"
         )
 
-    def halt(self, name: str, tick: int, limits: Limits | None) -> None:
+    def settle(self, name: str, tick: int, limits: Limits | None) -> None:
+        """Bring a reference that moves to rest in its time, as no observation of it comes.
+
+        Args:
+            name: of the transform; one that does not move rests.
+            tick: of the next set-point.
+            limits: of the mode the arm moves with; None if nothing that moves uses it.
+        """
+        reference = self._moving.pop(name, None)
+        if reference is not None and reference.silent_from is not None:
+            reference.settle(tick, limits)
+
+    def halt(self, name: str, tick: int, limits: Limits) -> None:
         """Bring a reference to rest within limits, as if it had been seen to stop ahead.
 
         Args:
             name: of the transform; one that is not a reference rests.
             tick: of the next set-point.
-            limits: of the mode the arm moves with; None if nothing that moves uses it.
+            limits: of the mode the arm moves with.
         """
-        self._carried.pop(name, None)
+        self._moving.pop(name, None)
         reference = self.table.get(name)
         if not isinstance(reference, Reference):
-            return
-        if limits is None:
-            rows = reference.at(Moment(tick, 1.0, 0.0))
-            reference.observe(Observation(rows, tick * self._period), "hold", tick, None)
             return
         here, next_ = (reference.at(Moment(k, 1.0, 0.0)) for k in (tick, tick + 1))
         step = math.dist((here.px, here.py, here.pz), (next_.px, next_.py, next_.pz))
         turn = math.hypot(*rotation_vector(here.inverse() @ next_))
         needed = max(step / limits.acceleration, turn / limits.angular_acceleration)
         ahead = math.ceil(needed / self._period**2)  # v / a, in ticks
-        rows = reference.at(Moment(tick + ahead, 1.0, 0.0))
-        reference.observe(Observation(rows, tick * self._period), "hold", tick, limits)
+        reference.hold(reference.at(Moment(tick + ahead, 1.0, 0.0)), tick, limits)
 
     def _set(
         self, message: TransformMessage, rows: Transform, tick: int, limits: Limits | None
@@ -138,11 +145,11 @@ class Transforms:
         reference = self.table.get(name)
         if not isinstance(reference, Reference):
             reference = self.table[name] = Reference(self._period)
-        reference.observe(
-            Observation(_orthonormal(rows), time, twist), message.predict, tick, limits
-        )
-        if message.predict == "velocity":
-            self._carried[name] = tick
+        reference.predict = message.predict or reference.predict
+        reference.rest_after = message.rest_after or reference.rest_after
+        reference.observe(Observation(_orthonormal(rows), time, twist), tick, limits)
+        if reference.silent_from is not None:
+            self._moving[name] = reference
 
     def _check(self, message: TransformMessage, rows: Transform) -> None:
         """What all kinds have in common."""
@@ -165,11 +172,11 @@ class Transforms:
                 f"transform {name!r}: of kind {kind} with {has}; a functional transform has one, "
                 f"and no other has"
             )
-        observed = message.twist is not None or message.stamp is not None
-        if not definition.observed and (observed or message.predict != "hold"):
+        observed = (message.twist, message.stamp, message.rest_after) != (None, None, None)
+        if not definition.observed and (observed or message.predict == "velocity"):
             raise TransformError(
-                f"transform {name!r}: of kind {kind} with a twist, a stamp or a prediction; only "
-                f"a reference is observed"
+                f"transform {name!r}: of kind {kind} with a twist, a stamp, a prediction or a time "
+                f"to come to rest; only a reference is observed"
             )
 
     def _check_room(self, name: str, kind: Kind) -> None:
