@@ -26,7 +26,7 @@ from rfms_can.rig.settings import RunSettings
 from rfms_can.wire.contract import Wire
 
 LONG_LEASE_S = 10.0
-BROKEN = (Outcome.STOPPED, Outcome.LAPSED, Outcome.FAULTED)
+BROKEN = (Outcome.STOPPED, Outcome.SHORT, Outcome.LAPSED, Outcome.FAULTED)
 
 
 @pytest.fixture

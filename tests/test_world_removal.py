@@ -118,8 +118,9 @@ def test_what_cannot_be_removed_is_refused_in_one_line(
 
 
 def test_a_reference_that_was_removed_is_no_longer_looked_at(world: WorldModel) -> None:
-    message = TransformMessage("belt", shift(0.1), "reference", predict="velocity")
-    world.define_transform(message, 0)
+    for tick in range(0, 100, 5):
+        seen = TransformMessage("belt", shift(0.1 + 0.001 * tick), "reference", predict="velocity")
+        world.define_transform(seen, tick)
     assert world.silent(1000) == ["belt"]
     remove(world, "belt")
     assert world.silent(1000) == []

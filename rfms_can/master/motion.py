@@ -138,7 +138,7 @@ class Motion:
         """
         if self._untold is not None:
             untold, self._untold = self._untold, None
-            raise TrackingError(untold)
+            raise TrackingError(f"stopped short: {untold}")
         act = self._acts.get(type(message))
         if act is None:
             raise ProgramError(f"{type(message).__name__} is not a request for motion")
@@ -333,7 +333,7 @@ class Motion:
     def _stop_short(self, refusal: str) -> CartesianSetpoint:
         """The joints cannot follow the path any further: come to rest beside it."""
         commanded, generator = self.commanded, self.generator
-        self.stopped_short = f"stopped short: {refusal}{self._blame()}"
+        self.stopped_short = f"{refusal}{self._blame()}"
         if not generator.brake(self.stopped_short):
             self._untold = self.stopped_short
         limits = [KEPT * limit for limit in commanded.bend_limits]
