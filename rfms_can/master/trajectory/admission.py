@@ -20,18 +20,20 @@ def check_times(move: Move, period_s: float) -> None:
         MoveError: t_seg < 2 t_acc + 2 tau, or a time under one period.
     """
     name = f"move {move.sequence}"
-    if move.acceleration_ticks < 1:
+    shortest = min(move.acceleration_ticks, move.rest_ticks)
+    if shortest < 1:
         raise MoveError(
-            f"{name}: acceleration time of {move.acceleration_ticks} periods: "
+            f"{name}: acceleration time of {shortest} periods: "
             f"give at least one ({period_s:g} s)"
         )
-    least = 2 * move.acceleration_ticks + 2
-    if move.segment_ticks < least:
+    if move.room < move.rest_ticks:
+        least = move.segment_ticks + move.rest_ticks - move.room
+        longest = max(move.acceleration_ticks, move.rest_ticks)
         raise MoveError(
             f"{name}: segment time {move.segment_ticks * period_s:.6g} s is under twice the "
             f"acceleration time plus two periods, {least * period_s:.6g} s: the arm could not "
             f"stop at the goal; lengthen the segment or shorten the acceleration time "
-            f"({move.acceleration_ticks * period_s:.6g} s)"
+            f"({longest * period_s:.6g} s)"
         )
 
 
@@ -42,7 +44,7 @@ def check_succession(before: Move, move: Move, period_s: float) -> None:
         MoveError: t_seg(before) < t_acc(before) + t_acc(move) + 2 tau. The segment before is
             promised already, so it is ``move`` that is refused.
     """
-    longest = before.segment_ticks - before.acceleration_ticks - 2
+    longest = before.room
     if move.acceleration_ticks > longest:
         raise MoveError(
             f"move {move.sequence}: acceleration time {move.acceleration_ticks * period_s:.6g} s "

@@ -21,6 +21,7 @@ class SegmentRunner:
 
     Attributes:
         segment: under way.
+        resting: what follows it where no move does.
         next: settled to follow, or None. Its D(1) is fixed from then on, so that its start point
             B travels with its goal and the joints can see how fast.
         step: local time from the last tick to the one at hand, periods: the pace.
@@ -46,6 +47,7 @@ class SegmentRunner:
         "n",
         "next",
         "rested",
+        "resting",
         "segment",
         "step",
         "stop_ticks",
@@ -62,6 +64,7 @@ class SegmentRunner:
     def hold(self, segment: Segment) -> None:
         """Forget everything and rest in ``segment``."""
         self.segment = segment
+        self.resting = segment.move.to_rest()
         self.next: Segment | None = None
         self.n: float = 0
         self.clock: float = 0
@@ -156,17 +159,26 @@ class SegmentRunner:
     def stop(self, tick: int) -> CartesianSetpoint:
         """Row 1 with the h of a stop that began at the last tick of even motion."""
         self.next = None
-        move = self.segment.move
-        span = 2 * move.acceleration_ticks
+        ticks = self._stop_acceleration
+        span = 2 * ticks
         m = self.stop_ticks = min(self.stop_ticks + self.step, span)
-        self.clock = self.n + move.acceleration_ticks * stop_parameter(m / span)
-        self.h = self.clock / move.segment_ticks
+        self.clock = self.n + ticks * stop_parameter(m / span)
+        self.h = self.clock / self.segment.move.segment_ticks
         return self._along(Stage.STOP, tick, 0.0)
 
     @property
     def has_stopped(self) -> bool:
         """Whether the controlled stop is over."""
-        return self.stop_ticks >= 2 * self.segment.move.acceleration_ticks
+        return self.stop_ticks >= 2 * self._stop_acceleration
+
+    @property
+    def _stop_acceleration(self) -> float:
+        """t_acc of a controlled stop: as to rest, or to the goal if the stop began near it.
+
+        It begins no later than what follows would have taken over.
+        """
+        move = self.segment.move
+        return max(1.0, min(move.rest_ticks, move.segment_ticks - self.n))
 
     def _towards(self, move: Move, tick: int, clock: float) -> Segment:
         """The segment of ``move`` from this goal, as both are at ``tick`` and at the hand-over."""
@@ -178,6 +190,7 @@ class SegmentRunner:
         """``segment`` is under way, ``past`` its beginning."""
         ticks = segment.move.acceleration_ticks
         self.segment, self.next = segment, None
+        self.resting = segment.move.to_rest()
         self.n, self.h = past - ticks, 0.0
         if not segment.rests:
             self.clock = self.n

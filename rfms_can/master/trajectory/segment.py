@@ -31,6 +31,8 @@ class Move(NamedTuple):
         configuration: the branch of the inverse solution at the target.
         transition: into this segment, and at its end to rest.
         last: False for all parts of a move but its last; the parts share its number.
+        rest_acceleration_ticks: t_acc of the transition to rest, if another than
+            ``acceleration_ticks``: that of a corner follows from the deviation allowed there.
     """
 
     sequence: int
@@ -41,6 +43,40 @@ class Move(NamedTuple):
     configuration: Configuration
     transition: Transition = Transition.JOINT
     last: bool = True
+    rest_acceleration_ticks: int | None = None
+
+    @property
+    def rest_ticks(self) -> int:
+        """t_acc of a transition to rest at the goal, and of a stop or a pause on the way there."""
+        ticks = self.rest_acceleration_ticks
+        return self.acceleration_ticks if ticks is None else ticks
+
+    @property
+    def room(self) -> int:
+        """Longest t_acc the move that follows may have, periods.
+
+        Should this one depart from rest after all, it does so within ``rest_ticks``.
+        """
+        return self.segment_ticks - max(self.acceleration_ticks, self.rest_ticks) - 2
+
+    def from_rest(self) -> Self:
+        """As it departs from rest, where no position is passed."""
+        return self._replace(acceleration_ticks=self.rest_ticks)
+
+    def to_rest(self) -> Self:
+        """The transition to rest at its goal, as a move: t_seg = t_acc.
+
+        There is nothing left to drive through: in joint mode, or in a Cartesian transition if the
+        segment began with one.
+        """
+        ticks = self.rest_ticks
+        joint = self.transition is Transition.JOINT
+        return self._replace(
+            mode=Mode.JOINT if joint else self.mode,
+            segment_ticks=ticks,
+            acceleration_ticks=ticks,
+            rest_acceleration_ticks=None,
+        )
 
 
 class Segment(NamedTuple):
@@ -70,16 +106,8 @@ class Segment(NamedTuple):
         return cls(Move(0, FixedGoal(pose), Mode.JOINT, 1, 1, configuration), rests=True)
 
     def to_rest(self) -> Self:
-        """The transition to rest at this segment's goal: to the same target, t_seg = t_acc.
-
-        There is nothing left to drive through: in joint mode, or in a Cartesian transition if the
-        segment began with one.
-        """
-        ticks = self.move.acceleration_ticks
-        move = self.move._replace(segment_ticks=ticks)
-        if move.transition is Transition.JOINT:
-            move = move._replace(mode=Mode.JOINT)
-        return self._replace(move=move, drive=None, rests=True)
+        """The transition to rest at this segment's goal: to the same target, t_seg = t_acc."""
+        return self._replace(move=self.move.to_rest(), drive=None, rests=True)
 
     def pose(self, moment: Moment, r: float) -> Transform:
         """T6_1: in joint mode the goal, in Cartesian mode L D(r) R."""

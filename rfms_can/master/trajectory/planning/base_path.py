@@ -56,6 +56,7 @@ class Base:
         self.start: Final = start
         move, tau = segment.move, frame.period_s
         beginning, end = -move.acceleration_ticks * tau, move.segment_ticks * tau
+        rest = move.rest_ticks * tau
         self._theta_BC: Floats | None = None
         self._entry: Curve | None = None
         self._rest: Curve | None = None
@@ -66,7 +67,7 @@ class Base:
         if not move.target.constant:
             self._entry = Curve(self._blending, (beginning, -beginning), start)
             self._path = Curve(self._even, (-beginning, end), self._entry.last)
-            self._rest = Curve(self._at_goal, (end + beginning, end - beginning), self._path.last)
+            self._rest = Curve(self._at_goal, (end - rest, end + rest), self._path.last)
         elif move.mode is Mode.CARTESIAN and path is None:
             self._path = Curve(self._along, (0.0, 1.0), start)
         self._refuse_leaps()
@@ -129,6 +130,11 @@ class Base:
     def acceleration_time(self) -> float:
         """t_acc, s."""
         return self.segment.move.acceleration_ticks * self._frame.period_s
+
+    @property
+    def rest_time(self) -> float:
+        """t_acc of the transition to rest, s."""
+        return self.segment.move.rest_ticks * self._frame.period_s
 
     @property
     def segment_time(self) -> float:

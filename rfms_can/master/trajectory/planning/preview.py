@@ -95,26 +95,26 @@ def _entry(frame: Frame, departed: DepartedSegment, base: Base) -> Floats:
 
 def _course(base: Base) -> Floats:
     t_acc, t_seg = base.acceleration_time, base.segment_time
-    times = np.linspace(t_acc, t_seg - t_acc, max(COURSE, 2 * base.degree) + 1)
+    times = np.linspace(t_acc, t_seg - base.rest_time, max(COURSE, 2 * base.degree) + 1)
     times[0] += 1e-9 * t_acc  # past the transition
     return base.derivatives(times)[:3]
 
 
 def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
     move = base.segment.move
-    t_acc, t_seg = base.acceleration_time, base.segment_time
+    t_acc, t_seg = base.rest_time, base.segment_time
     if ends is Transition.CARTESIAN:
         if move.target.constant:
             backwards = -blend_derivatives(1.0 - P, t_acc) * (t_acc / t_seg)
             backwards[0] += 1.0
             backwards[1::2] *= -1.0
             return base.along(backwards)[:3]
-        hand_over = move.segment_ticks - move.acceleration_ticks
+        hand_over = move.segment_ticks - move.rest_ticks
         leaving = Leaving(base.segment, frame.tick, hand_over, hand_over, 1.0, frame.period_s)
         return _curved(frame, leaving, hand_over, base, base.goal)
     at_end = base.derivatives(np.array([t_seg - t_acc]))[:, 0]
     motion = base.at_rest(t_seg + t_acc * (2.0 * P - 1.0))
-    return motion[:3] + _matching(at_end - motion[:, 0], move.acceleration_ticks, t_acc)
+    return motion[:3] + _matching(at_end - motion[:, 0], move.rest_ticks, t_acc)
 
 
 def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous: Joints) -> Floats:
@@ -125,7 +125,7 @@ def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous
         segment = segment.to_rest()
     correction = leaving.into(segment, hand_over)
     solve, configuration = frame.kinematics.solve, segment.move.configuration
-    t_acc = base.acceleration_time
+    t_acc = segment.move.acceleration_ticks * frame.period_s
     middle = leaving.clock * frame.period_s + t_acc if ends else 0.0
 
     def angles(p: float, previous: Joints) -> Joints:

@@ -29,8 +29,7 @@ def mended(trial: Trial, excess: Excess, *, lengthen: bool) -> Outcome:
             f"{segment_time:.6g} s"
         )
     before = trial.departed.segment
-    room = before.move.segment_ticks - before.move.acceleration_ticks - 2
-    eased = trial.eased(excess, longest, longest if before.rests else room)
+    eased = trial.eased(excess, longest, longest if before.rests else before.move.room)
     if eased is None:
         remedy = (
             "place the path elsewhere, or move in joint mode"
