@@ -164,7 +164,9 @@ class Motion:
         accepted = AcceptedMove.of(position, mode, self._requested, tick)
         self._admit(sequence, accepted)
         try:
-            plan = self._planner.plan(before, position, mode, sequence, tick)
+            plan = self._planner.plan(
+                before, position, mode, sequence, tick, generator.periods_left
+            )
             generator.request(*plan.moves)
         except (MoveError, KinematicsError) as error:
             raise MoveError(f"to {request.position!r} with {request.mode!r}: {error}") from error

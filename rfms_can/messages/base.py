@@ -18,6 +18,8 @@ Rigid = tuple[float, float, float, float, float, float, float, float, float, flo
 """The first three rows of a homogeneous transform, row-major; metres."""
 Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
+Deviation = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
+"""Of a corner, m."""
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1e3)]
 Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]
 Directions = Annotated[dict[str, float], msgspec.Meta(min_length=1, max_length=6)]

@@ -113,7 +113,9 @@ class JointSetpoint:
         That is its own last value, not the set-point: in joint mode the two may differ by more than
         half a turn, and their difference crosses half a turn during the motion.
         """
-        return self.theta if setpoint.state is _IDLE or not self._base else self._base.newest
+        if setpoint.state is _IDLE or not self._base or self._leaves_joint_mode(setpoint):
+            return self.theta
+        return self._base.newest
 
     @property
     def turn_2(self) -> float:
@@ -162,6 +164,9 @@ class JointSetpoint:
         if state is _IDLE:
             self._rest(theta)
         else:
+            if self._leaves_joint_mode(setpoint):
+                self._base.clear()
+                self._theta_BC = 0.0
             if setpoint.mode is Mode.JOINT:
                 theta += setpoint.r * self._theta_BC
             if state is _BLEND:
@@ -176,6 +181,15 @@ class JointSetpoint:
             self._next.push(solution_2)
         self._r_step = setpoint.r - self._r
         return theta
+
+    def _leaves_joint_mode(self, setpoint: CartesianSetpoint) -> bool:
+        """Whether a Cartesian transition leaves a joint-mode segment: from now on T6_1 is the hand.
+
+        Without START, which tells how any other segment is measured. Where theta_BC is zero the
+        base is the set-point already.
+        """
+        leaves = self._theta_BC != 0.0 and setpoint.mode is Mode.CARTESIAN
+        return leaves and setpoint.state is not _START
 
     def _rest(self, theta: float) -> None:
         """IDLE: the pose alone determines the joint angle."""

@@ -43,6 +43,7 @@ class How(NamedTuple):
     joint_speed: float | None = None
     lengthen: bool = False
     transition: Transition = Transition.JOINT
+    deviation: float | None = None
     configuration: Configuration | None = None
 
 

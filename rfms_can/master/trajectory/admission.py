@@ -23,12 +23,10 @@ def check_times(move: Move, period_s: float) -> None:
     shortest = min(move.acceleration_ticks, move.rest_ticks)
     if shortest < 1:
         raise MoveError(
-            f"{name}: acceleration time of {shortest} periods: "
-            f"give at least one ({period_s:g} s)"
+            f"{name}: acceleration time of {shortest} periods: give at least one ({period_s:g} s)"
         )
-    if move.room < move.rest_ticks:
-        least = move.segment_ticks + move.rest_ticks - move.room
-        longest = max(move.acceleration_ticks, move.rest_ticks)
+    least, longest = move.least_ticks, move.longest_entry
+    if move.segment_ticks < least:
         raise MoveError(
             f"{name}: segment time {move.segment_ticks * period_s:.6g} s is under twice the "
             f"acceleration time plus two periods, {least * period_s:.6g} s: the arm could not "
@@ -69,24 +67,20 @@ def check_configuration(before: Move, move: Move) -> None:
 
 
 def check_transition(before: Segment, move: Move) -> None:
-    """A Cartesian transition leads from a Cartesian segment, or from rest, into a Cartesian one.
+    """A Cartesian transition from or into joint mode needs what was planned of the joints.
 
     Raises:
-        MoveError: one of the two segments is in joint mode.
+        MoveError: a joint-mode segment was not planned.
     """
-    if move.transition is Transition.JOINT:
+    if move.transition is Transition.JOINT or before.rests:
         return
-    if move.mode is Mode.JOINT:
-        raise MoveError(
-            f"move {move.sequence}: a Cartesian transition leads into a Cartesian segment, and "
-            f"this one is in joint mode: use a joint transition"
-        )
-    if not before.rests and before.move.mode is Mode.JOINT:
-        raise MoveError(
-            f"move {move.sequence}: a Cartesian transition cannot leave move "
-            f"{before.move.sequence}, which is in joint mode: wait until that is complete, or use "
-            f"a joint transition"
-        )
+    for each, way in ((before.move, "leave"), (move, "lead into")):
+        if each.mode is Mode.JOINT and each.joints is None:
+            raise MoveError(
+                f"move {move.sequence}: its Cartesian transition cannot {way} move "
+                f"{each.sequence}, which is in joint mode and was not planned: plan both moves, or "
+                f"use a joint transition"
+            )
 
 
 def check_path(before: Move, move: Move, tick: int) -> None:

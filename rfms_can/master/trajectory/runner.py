@@ -11,7 +11,7 @@ from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.setpoint.blend import blend_parameter, stop_parameter
 from rfms_can.setpoint.history import window_for
 from rfms_can.transform import Transform
-from rfms_can.wire.vocabulary import Blend
+from rfms_can.wire.vocabulary import Blend, Mode
 
 _NOWHERE: Final = Segment.hold(Transform.identity(), Configuration(True, True, True))
 
@@ -33,11 +33,14 @@ class SegmentRunner:
         watched: ticks the start of ``next`` has been sent as T6_2.
         hand_over: local time at which ``next`` is to start.
         stop_ticks: local time into a controlled stop.
+        told: ticks since the joints were told the line of a joint-mode segment at p = 1.
     """
 
     __slots__ = (
         "_acceleration_time",
+        "_begun",
         "_blend",
+        "_configuration",
         "_correction",
         "_period",
         "_watch",
@@ -51,6 +54,7 @@ class SegmentRunner:
         "segment",
         "step",
         "stop_ticks",
+        "told",
         "watched",
     )
 
@@ -72,6 +76,9 @@ class SegmentRunner:
         self.rested = self.watched = self._watch = 0
         self.hand_over: float = 0
         self.stop_ticks: float = 0
+        self.told = 0
+        self._begun: tuple[Transform, Configuration, Transform] | None = None
+        self._configuration = segment.move.configuration
         self._acceleration_time = segment.move.acceleration_ticks * self._period
 
     def watch_ticks(self, move: Move) -> int:
@@ -119,27 +126,70 @@ class SegmentRunner:
             pose, goal = segment.pose(moment, 1.0), None
         else:
             pose, goal = left.target.pose(at_goal), move.target.pose(moment)
+            self._begun = (pose, left.configuration, goal)
         p = past / (2 * move.acceleration_ticks)
         return self._setpoint(Stage.START, pose, left.configuration, goal, p)
 
     def bend(self, move: Move | None, hand_over: float, tick: int) -> None:
         """Enter the segment of ``move``, or the transition to rest, by a Cartesian transition."""
-        leaving = Leaving(self.segment, tick - 1, self.n, self.clock, self.step, self._period)
+        left = self._lined()
+        leaving = Leaving(left, tick - 1, self.n, self.clock, self.step, self._period)
         if move is None:
-            segment = self.segment.to_rest()
+            segment = left.to_rest()
         else:
             segment = self._towards(move, tick - 1, self.clock + hand_over - self.n)
         self._correction = leaving.into(segment, hand_over)
+        self._configuration = left.move.configuration
         self._enter(segment, self.n - hand_over)
 
+    def _lined(self) -> Segment:
+        """The segment under way; in joint mode with the line its joints run along."""
+        segment, begun = self.segment, self._begun
+        joints = segment.move.joints
+        if segment.drive is not None or segment.line is not None or segment.rests:
+            return segment
+        if joints is None or begun is None:
+            return segment
+        return segment._replace(line=joints.line(*begun, segment.move.configuration))
+
     def curve(self, tick: int) -> CartesianSetpoint:
-        """A Cartesian transition: row 4, but in space."""
+        """A Cartesian transition: row 4, but in space, and in the configuration it begins in.
+
+        A joint-mode goal that moves is told in its second half as T6_2: the joints must know how
+        it moves when they leave the segment.
+        """
         p = self._blended()
         if self.segment.rests:
             self.h = 1.0
-        segment = self.segment
-        pose = self._correction.pose(segment, self._moment(tick), 1.0 - self.h, p)
-        return self._setpoint(Stage.CURVE, pose, segment.move.configuration, None, p)
+        segment, moment = self.segment, self._moment(tick)
+        pose = self._correction.pose(segment, moment, 1.0 - self.h, p)
+        stage, second = Stage.CURVE, None
+        if segment.line is not None and p >= 0.5 and not segment.move.target.constant:
+            stage, second = Stage.PRE, segment.pose(moment, 1.0)
+        setpoint = self._setpoint(stage, pose, self._configuration, second, p)
+        return setpoint if segment.line is None else setpoint._replace(mode=Mode.CARTESIAN)
+
+    def rejoin(self, tick: int) -> CartesianSetpoint:
+        """Row 3 at p = 1: what a joint-mode segment that is under way is measured from.
+
+        The joints have followed T6 and do not know theta_BC. START tells it, by B and the goal; at
+        p = 1 its matching polynomial is zero whatever it matches, and the set-point of this cycle
+        is the one ahead of the last ones, which have joined the line.
+        """
+        self._advance()
+        segment, moment = self.segment, self._moment(tick)
+        if segment.line is None:
+            raise AssertionError("REJOIN without a joint-mode segment")
+        goal = segment.pose(moment, 1.0)
+        start, configuration = segment.line.start(None if segment.move.target.constant else goal)
+        self.told = 0
+        return self._setpoint(Stage.REJOIN, start, configuration, goal, 1.0)
+
+    def rejoined(self, tick: int) -> CartesianSetpoint:
+        """Row 4 at p = 1, which is row 1."""
+        self._advance()
+        self.told += 1
+        return self._along(Stage.REJOINED, tick, 1.0)
 
     def blend(self, tick: int) -> CartesianSetpoint:
         """Row 4."""
@@ -184,7 +234,11 @@ class SegmentRunner:
         """The segment of ``move`` from this goal, as both are at ``tick`` and at the hand-over."""
         origin = self.segment.move.target.pose(Moment(tick, 1.0, clock * self._period))
         start = Moment(tick, 0.0, -move.acceleration_ticks * self._period)
-        return Segment.towards(move, origin, start)
+        segment = Segment.towards(move, origin, start)
+        if not move.rejoins or move.joints is None:
+            return segment
+        ends = (origin, self.segment.move.configuration, move.target.pose(start))
+        return segment._replace(line=move.joints.line(*ends, move.configuration))
 
     def _enter(self, segment: Segment, past: float) -> None:
         """``segment`` is under way, ``past`` its beginning."""

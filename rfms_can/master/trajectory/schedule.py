@@ -6,7 +6,7 @@ from typing import Final
 from rfms_can.master.trajectory.pace import NO_HAND_OVER, HandOver, Pace
 from rfms_can.master.trajectory.queue import MoveQueue
 from rfms_can.master.trajectory.runner import SegmentRunner
-from rfms_can.master.trajectory.segment import Move, Transition
+from rfms_can.master.trajectory.segment import TOLD_TICKS, Move, Transition
 from rfms_can.master.trajectory.states import Event, Stage
 from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import Blend
@@ -48,9 +48,10 @@ class Schedule:
 
     def may_depart(self, transition: Transition) -> bool:
         """Whether a move with ``transition`` may leave the rest the arm is in."""
-        if not self._queue or self._queue[0].transition is not transition or self._pace.paused:
+        if not self._queue or self._pace.paused:
             return False
-        return self._until_steady(self._queue[0].from_rest()) == 0.0
+        move = self._queue[0].from_rest()
+        return move.transition is transition and self._until_steady(move) == 0.0
 
     def event(self, stage: Stage, *, stopping: bool) -> Event:
         """What happens between the last cycle, in ``stage``, and the next."""
@@ -77,8 +78,20 @@ class Schedule:
             return Event.STAY
         if run.segment.rests:
             return Event.ARRIVED
+        if run.segment.line is not None:
+            return Event.REJOIN
+        return self._event_after_transition(stopping)
+
+    def _event_after_transition(self, stopping: bool) -> Event:
+        """What follows a transition that does not end at rest."""
         event = self._event_along(stopping)
         return Event.BLENDED if event is Event.STAY else event
+
+    def _event_rejoined(self, stopping: bool) -> Event:
+        """Whether the joints have been told their line for long enough."""
+        if self._run.told < TOLD_TICKS:
+            return Event.STAY
+        return self._event_after_transition(stopping)
 
     def _event_before_hand_over(self, stopping: bool) -> Event:
         """Whether the settled segment takes over."""
@@ -165,6 +178,8 @@ _EVENTS: Final[dict[Stage, Callable[[Schedule, bool], Event]]] = complete(
         Stage.START: Schedule._event_never,
         Stage.BLEND: Schedule._event_in_transition,
         Stage.CURVE: Schedule._event_in_transition,
+        Stage.REJOIN: Schedule._event_never,
+        Stage.REJOINED: Schedule._event_rejoined,
         Stage.LINEAR: Schedule._event_along,
         Stage.PRE: Schedule._event_before_hand_over,
         Stage.STOP: Schedule._event_never,

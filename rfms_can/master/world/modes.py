@@ -20,6 +20,9 @@ FARTHEST_STOP: Final = (3.0, 3.0, 3.0, math.pi, math.pi, math.pi)
 more looks like one by less."""
 
 
+FARTHEST_CORNER: Final = 1.0
+"""Deviation of a corner that may be asked for at most, m: more than any arm here makes."""
+
 ROTATION_LEVER: Final = 0.2
 """Where a mode has a speed of the tool and none of its rotation: distance from the tool's origin at
 which a rotation moves a point at that speed, m; half the reach of the smallest arm."""
@@ -57,6 +60,8 @@ class MotionMode:
         guard: what stops the move.
         mass: of what the hand holds, kg, or None: what it held before.
         mass_centre: its centre of mass in T6, m, or None: the origin of the tool's frame.
+        deviation: largest distance of the tool from the position it passes on entering the segment,
+            m, or None: that of the acceleration time.
     """
 
     name: str
@@ -74,6 +79,7 @@ class MotionMode:
     guard: Guard = NO_GUARD
     mass: float | None = None
     mass_centre: Vector3 | None = None
+    deviation: float | None = None
 
     @classmethod
     def from_message(cls, message: ModeMessage) -> "MotionMode":
@@ -104,6 +110,7 @@ class MotionMode:
             _guard(message),
             message.mass,
             message.mass_centre,
+            message.deviation,
         )
 
 
@@ -116,7 +123,7 @@ def _angular_speed(message: ModeMessage) -> float | None:
 
 
 def _check(message: ModeMessage) -> None:
-    """Times or speeds, and a transition that goes with the interpolation."""
+    """Times or speeds, and a deviation that a transition can have."""
     name = f"mode {message.name!r}"
     speeds = {
         "speed": message.speed,
@@ -145,10 +152,10 @@ def _check(message: ModeMessage) -> None:
             f"{name}: a segment time of {message.segment_time:g} s and {' and '.join(given)} "
             f"contradict one another; give the time, or speeds"
         )
-    if message.transition == "cartesian" and message.interpolation != "cartesian":
+    if message.deviation is not None and not 0.0 < message.deviation <= FARTHEST_CORNER:  # or NaN
         raise ModeError(
-            f"{name}: a cartesian transition leads into straight lines in space; give "
-            f"interpolation 'cartesian', or transition 'joint'"
+            f"{name}: deviation {message.deviation} m must be more than 0 and at most "
+            f"{FARTHEST_CORNER:g} m; to pass through the position itself, wait for the move to it"
         )
 
 

@@ -83,6 +83,14 @@ class Base:
         path = self._path if move.target.constant else None
         return type(self)(self._frame, self.segment._replace(move=move), self.start, path)
 
+    def from_rest(self) -> Self:
+        """The same as it departs from rest."""
+        move = self.segment.move
+        rested = move.from_rest()
+        if rested.acceleration_ticks == move.acceleration_ticks:
+            return self
+        return self.with_time(move.segment_ticks, rested.acceleration_ticks)
+
     @property
     def theta_BC(self) -> Joints:
         """(3.11), rad; zeros in Cartesian mode."""

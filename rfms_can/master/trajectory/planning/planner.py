@@ -1,5 +1,6 @@
 """The planner: what a request to move becomes, or why it is refused."""
 
+import math
 from typing import Final, NamedTuple, Protocol
 
 import numpy as np
@@ -11,10 +12,11 @@ from rfms_can.master.trajectory.admission import (
     check_configuration,
     check_succession,
     check_times,
-    check_transition,
 )
 from rfms_can.master.trajectory.goal import Goal, Moment
+from rfms_can.master.trajectory.joint_line import JointLine, PlannedJoints
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
+from rfms_can.master.trajectory.planning.corner import Corner, via_deviation
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
@@ -26,8 +28,8 @@ from rfms_can.master.trajectory.planning.times import (
     least_ticks,
     segment_ticks,
 )
-from rfms_can.master.trajectory.planning.via_deviation import deviation
 from rfms_can.master.trajectory.segment import Move, Segment, Transition, whole_ticks
+from rfms_can.setpoint.history import LONG
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
 
@@ -109,6 +111,7 @@ class MovePlanner:
         mode: PlannedMode,
         sequence: int,
         tick: int,
+        left: float = math.inf,
     ) -> Plan:
         """What a request to move becomes.
 
@@ -117,6 +120,8 @@ class MovePlanner:
             position, mode: where to, and how.
             sequence: its number.
             tick: of the trajectory generator, at which goals that move are looked at.
+            left: periods until the goal of ``before``, if it is under way: a corner that is free to
+                choose its acceleration time chooses one it is not too late for.
 
         Raises:
             MoveError: a rule or a limit is broken; the message has the time that would do.
@@ -129,16 +134,21 @@ class MovePlanner:
         move = Move(
             *(sequence, position.goal, mode.mode, least_ticks(acceleration), acceleration),
             *(configuration, mode.transition),
+            rest_acceleration_ticks=None if mode.deviation is None else acceleration,
         )
+        if before.rests:
+            move = move.from_rest()
         check_configuration(before.move, move)
-        check_transition(before, move)
         drive = _from_goal_to_goal(before, move, frame)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
         base = self._timed(frame, departed, move, drive, parts, mode)
+        ends = move.to_rest().transition if parts == 1 else Transition.CARTESIAN
+        trial = Trial(self.arm, frame, departed, base, ends, parts)
+        if mode.deviation is not None and not before.rests:
+            corner = Corner(trial, mode.deviation, _longest(before, move, left))
+            return self._made(trial, corner.outcome(lengthen=mode.lengthen))
         if not before.rests:
             check_succession(before.move, base.segment.move, self._period)
-        ends = mode.transition if parts == 1 else Transition.CARTESIAN
-        trial = Trial(self.arm, frame, departed, base, ends, parts)
         outcome = trial.run(trial.times)
         if outcome.excess is not None:
             outcome = mended(trial, outcome.excess, lengthen=mode.lengthen)
@@ -156,6 +166,9 @@ class MovePlanner:
             goal = frame.kinematics.solve(pose, move.configuration, goal)
         if move.mode is Mode.CARTESIAN and before.drive is None and not before.rests:
             before = before._replace(drive=planned.drive)
+        if move.mode is Mode.JOINT and not before.rests:
+            line = JointLine(self._kinematics, planned.theta_BC, goal, move.configuration)
+            before = before._replace(line=line)
         return DepartedSegment(before, planned.theta_BC, goal)
 
     def _timed(
@@ -169,7 +182,7 @@ class MovePlanner:
     ) -> Base:
         """The segment of ``move`` with the time its mode gives it or asks for."""
         limits, tau = self.arm.speed_limits, self._period
-        least = parts * least_ticks(move.acceleration_ticks)
+        least = parts * move.least_ticks
         ticks = segment_ticks(mode, drive, _ZERO, limits, tau)
         if ticks < least and mode.segment_time is not None and not mode.lengthen:
             move = move._replace(segment_ticks=ticks)
@@ -194,6 +207,8 @@ class MovePlanner:
         """The plan, and what the next one needs to know of it."""
         base, departed = outcome.base, trial.departed
         move, drive, tau = base.segment.move, base.segment.drive, self._period
+        if move.mode is Mode.JOINT:
+            move = move._replace(joints=PlannedJoints(self._kinematics, base.start, base.goal))
         moves: tuple[Move, ...] = (move,)
         if drive is not None and trial.parts > 1:
             moves = in_parts(move, drive, tau)
@@ -201,10 +216,7 @@ class MovePlanner:
             drive = _from_goal_to_goal(last, moves[1], trial.frame)
         off = None
         if not departed.segment.rests:
-            at_goal, goal = trial.frame.at_goal(departed.segment), departed.segment.move.target
-            off = deviation(
-                self.arm, outcome.preview.entry.motion[0], goal.left(at_goal), goal.right(at_goal)
-            )
+            off = via_deviation(trial, outcome.preview.entry.motion[0])
         self._remember(move.sequence, _Planned(drive, base.theta_BC, base.goal))
         speeds, accelerations = (_joints(values) for values in peaks(outcome.preview[:3]))
         return Plan(
@@ -222,6 +234,16 @@ class MovePlanner:
         self._planned[sequence] = planned
         if len(self._planned) > REMEMBERED:
             del self._planned[next(iter(self._planned))]
+
+
+def _longest(before: Segment, move: Move, left: float) -> int:
+    """The longest t_acc that ``before`` has room and time for, periods.
+
+    Where not even the mode's own is in time the arm comes to rest first, whatever is chosen here.
+    """
+    watch = 2 if move.target.constant else LONG + 2
+    in_time = max(left - watch, move.rest_ticks)
+    return int(min(before.move.room, in_time))
 
 
 def _from_goal_to_goal(before: Segment, move: Move, frame: Frame) -> DriveTransform:

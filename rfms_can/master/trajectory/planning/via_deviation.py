@@ -17,8 +17,9 @@ from rfms_can.transform import DriveTransform, Transform
 LEVER: Final = 1e-5
 """Metres a radian counts for, so that the nearest point of a mere turn is well defined."""
 
-_EVERY: Final = 2
 _NODES: Final = 8
+_REFINED: Final = (1.0, 0.25, 0.05)
+"""Steps, in samples, of the parabolas the nearest point is looked for with."""
 
 
 class Deviation(NamedTuple):
@@ -42,14 +43,16 @@ def deviation(arm: Geometry, angles: Floats, left: Transform, right: Transform) 
         q1, q2, q3, q4, q5, q6 = q
         return DriveTransform(out @ direct(arm, (q1, q2, q3, q4, q5, q6)) @ back)
 
-    coarse = [_measure(off(q)) for q in angles[::_EVERY].tolist()]
-    k = int(np.argmin(coarse))
-    nearest = float(k)
-    if 0 < k < len(coarse) - 1:
-        before, here, after = coarse[k - 1 : k + 2]
+    coarse = [_measure(off(q)) for q in angles.tolist()]
+    nearest = float(np.argmin(coarse))
+    for step in _REFINED:
+        nearest = min(max(nearest, step), len(angles) - 1.0 - step)
+        places = (nearest - step, nearest, nearest + step)
+        before, here, after = (_measure(off(_interpolated(angles, place))) for place in places)
         bend = before - 2.0 * here + after
-        nearest += 0.5 * (before - after) / bend if bend > 0.0 else 0.0
-    there = off(_interpolated(angles, _EVERY * nearest))
+        if bend > 0.0:
+            nearest += step * min(max(0.5 * (before - after) / bend, -1.0), 1.0)
+    there = off(_interpolated(angles, nearest))
     return Deviation(sum(x * x for x in there.p) ** 0.5, there.psi)
 
 

@@ -1,0 +1,224 @@
+"""A corner that keeps a bound: the acceleration time of a transition by the deviation it may have.
+
+Between two straight segments the deviation from the position between them is 5/32 t_acc |v2 - v1|
+(``via_deviation.py``); else it is measured, as it grows with t_acc in all modes. So the longest t_acc
+that keeps the bound comes as near to it as whole periods allow. Only t_acc and t_seg of the new
+segment are chosen: the time of the segment before is promised.
+
+A transition takes at most the room both segments have, and half the new one's time at most (or what
+its mode needs to come to rest), so that the corner after it has room as well. Where a limit of the
+joints breaks with that t_acc, the segment takes longer, its t_acc chosen again; or the move is
+refused.
+"""
+
+import math
+from typing import Final, NamedTuple
+
+from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.master.trajectory.planning.curve import Floats
+from rfms_can.master.trajectory.planning.limits import Excess
+from rfms_can.master.trajectory.planning.preview import entry_motion
+from rfms_can.master.trajectory.planning.search import TRIES, Outcome, Times, Trial
+from rfms_can.master.trajectory.planning.times import LONGEST_S
+from rfms_can.master.trajectory.planning.via_deviation import Deviation, deviation
+
+GROWTH: Final = 0.02
+"""Least fraction by which a segment time grows at first; twice that at each further try."""
+
+FINE: Final = 0.002
+"""Fraction to which the shortest segment time is found."""
+
+ROUNDING: Final = 1e-9
+"""Fraction by which a bound may be passed."""
+
+PROPORTIONAL: Final = 6
+"""Tries that take a deviation for proportional to t_acc; later ones halve what is left."""
+
+LOOSER: Final = (1.0, 1.02, 1.1, 1.3)
+"""Factors of the deviation that would do as it is measured, tried as the bound of a message."""
+
+
+def via_deviation(trial: Trial, entry: Floats) -> Deviation:
+    """How far a transition with angles ``entry`` (n, 6) stays from the goal it leaves."""
+    before = trial.departed.segment
+    at_goal, goal = trial.frame.at_goal(before), before.move.target
+    return deviation(trial.arm, entry, goal.left(at_goal), goal.right(at_goal))
+
+
+class Corner(NamedTuple):
+    """A move to be tried with the acceleration times that keep a bound.
+
+    Attributes:
+        trial: of the move; its acceleration time is that of its rest.
+        bound: largest deviation, m.
+        longest: t_acc the segment before has room for, periods.
+    """
+
+    trial: Trial
+    bound: float
+    longest: int
+
+    def outcome(self, *, lengthen: bool) -> Outcome:
+        """What keeps the bound and all limits, with a longer segment where ``lengthen`` allows it.
+
+        Raises:
+            MoveError: nothing does, or the segment would have to be longer; the message has what
+                would do.
+            KinematicsError: a pose has no solution.
+        """
+        segment = self.trial.times.segment
+        ticks = self.ticks(segment)
+        outcome = self.trial.run(Times(segment, ticks or 1))
+        if ticks and outcome.excess is None:
+            return outcome
+        slowed = self._slowed(outcome.excess)
+        if slowed is not None and lengthen:
+            return slowed
+        remedy = self._longer(slowed) if slowed else self._looser(outcome) or self._from_rest()
+        raise MoveError(f"{self._refused(ticks, outcome)}: {remedy}")
+
+    def ticks(self, segment_ticks: int) -> int:
+        """The longest t_acc that keeps the bound in a segment of ``segment_ticks``; 0 if none."""
+        keeps, breaks = 0, self._most(segment_ticks) + 1
+        ticks, tries = min(self.trial.base.segment.move.rest_ticks, breaks - 1), 0
+        while breaks - keeps > 1:
+            off = self._deviation(Times(segment_ticks, ticks))
+            if off <= self.bound * (1.0 + ROUNDING):
+                keeps = ticks
+            else:
+                breaks = ticks
+            tries += 1
+            guess = (keeps + breaks) // 2
+            if tries < PROPORTIONAL and 0.0 < off < math.inf:
+                guess = int(min(ticks * self.bound / off, breaks))
+            ticks = min(max(guess, keeps + 1), breaks - 1)
+        return keeps
+
+    def _most(self, segment_ticks: int) -> int:
+        """The longest t_acc both segments have room for."""
+        move = self.trial.base.segment.move
+        part = segment_ticks // self.trial.parts
+        own = part - move.rest_ticks - move.between_ticks
+        return min(self.longest, own, max(move.rest_ticks, part // 2))
+
+    def _deviation(self, times: Times) -> float:
+        """Of the transition with ``times``, m; infinite where it has no solution."""
+        trial = self.trial
+        try:
+            base = trial.base.with_time(*times)
+            entry = entry_motion(trial.frame, trial.departed, base)
+        except KinematicsError:
+            return math.inf
+        return via_deviation(trial, entry[0]).distance
+
+    def _at(self, segment_ticks: int) -> Outcome | None:
+        """The outcome with a segment time; None if the bound cannot be kept, or has no solution."""
+        ticks = self.ticks(segment_ticks)
+        try:
+            return self.trial.run(Times(segment_ticks, ticks)) if ticks else None
+        except KinematicsError:
+            return None
+
+    def _slowed(self, excess: Excess | None) -> Outcome | None:
+        """The outcome with the shortest longer segment time that does; None without one."""
+        longest = LONGEST_S / self.trial.frame.period_s
+        breaks = segment = self.trial.times.segment
+        kept: Outcome | None = None
+        growth = GROWTH
+        for _ in range(TRIES):
+            slower = 1.0 if excess is None else excess.slower
+            segment = math.ceil(segment * max(1.0 + growth, slower))
+            growth *= 2.0
+            outcome = self._at(segment) if segment <= longest else None
+            if outcome is not None and outcome.excess is None:
+                kept = outcome
+                break
+            excess, breaks = None if outcome is None else outcome.excess, segment
+        while kept is not None and segment - breaks > max(1.0, FINE * segment):
+            middle = (segment + breaks) // 2
+            outcome = self._at(middle)
+            if outcome is not None and outcome.excess is None:
+                kept, segment = outcome, middle
+            else:
+                breaks = middle
+        return None if kept is None else self._shortest(kept)
+
+    def _shortest(self, kept: Outcome) -> Outcome:
+        """The outcome with the t_acc of ``kept`` and the time such a t_acc needs, if shorter."""
+        move, trial = kept.base.segment.move, self.trial
+        times = Times(trial.times.segment, move.acceleration_ticks)
+        if times.acceleration > self._most(times.segment):
+            return kept
+        try:
+            given = trial.run(times)
+        except KinematicsError:
+            return kept
+        fixed = trial._replace(base=given.base)
+        found = fixed.slowed(given.excess, move.segment_ticks - 1) if given.excess else given
+        if found is None:
+            return kept
+        off = via_deviation(trial, found.preview.entry.motion[0]).distance
+        return found if off <= self.bound * (1.0 + ROUNDING) else kept
+
+    # --- refusals -----------------------------------------------------------------------------
+
+    def _refused(self, ticks: int, outcome: Outcome) -> str:
+        trial = self.trial
+        name, tau = f"move {trial.base.segment.move.sequence}", trial.frame.period_s
+        if ticks and outcome.excess is not None:
+            return (
+                f"{name}: to keep the deviation of {self.bound:g} m it would accelerate in "
+                f"{ticks * tau:.6g} s, and {outcome.excess.what}"
+            )
+        off = via_deviation(trial, outcome.preview.entry.motion[0]).distance
+        return (
+            f"{name}: even a transition of one period, {tau:g} s, deviates by {off:.3g} m from the "
+            f"goal of move {trial.departed.segment.move.sequence}, over {self.bound:g} m"
+        )
+
+    def _longer(self, slowed: Outcome) -> str:
+        return (
+            f"give the segment at least {slowed.base.segment_time:.6g} s instead of "
+            f"{self.trial.base.segment_time:.6g} s, or set lengthen"
+        )
+
+    def _looser(self, outcome: Outcome) -> str | None:
+        """A larger deviation that does, in words; None without one."""
+        trial, off = self.trial, self._deviation(Times(self.trial.times.segment, 1))
+        segment = trial.times.segment
+        if outcome.excess is not None:
+            longest = round(LONGEST_S / trial.frame.period_s)
+            tried = trial._replace(base=outcome.base)
+            eased = tried.eased(outcome.excess, longest, self.longest)
+            if eased is None:
+                return None
+            off = via_deviation(trial, eased.preview.entry.motion[0]).distance
+            segment = eased.base.segment.move.segment_ticks
+        for factor in LOOSER:
+            bound = _rounded_up(off * factor)
+            looser = self._replace(bound=bound)._at(segment)
+            if looser is not None and looser.excess is None:
+                along = f", with a segment of {looser.base.segment_time:.6g} s"
+                return f"allow a deviation of {bound:g} m" + (
+                    along if segment > trial.times.segment else ""
+                )
+        return None
+
+    def _from_rest(self) -> str:
+        """What is left: to depart from rest, if that keeps the limits."""
+        trial = self.trial
+        before = trial.departed.segment
+        rested = trial.departed._replace(segment=before.to_rest())
+        alone = trial._replace(departed=rested, base=trial.base.from_rest())
+        try:
+            rests = alone.run(alone.times).excess is None
+        except KinematicsError:
+            rests = False
+        wait = f"wait until move {before.move.sequence} is complete"
+        return wait if rests else f"{wait} and move more slowly, or place the path elsewhere"
+
+
+def _rounded_up(distance: float) -> float:
+    """``distance`` in three digits, rounded up."""
+    unit = 10.0 ** (math.floor(math.log10(distance)) - 2)
+    return math.ceil(distance / unit * (1.0 - ROUNDING)) * unit
