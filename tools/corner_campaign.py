@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Corners drawn at random that must keep a deviation: planned, run, measured, and compared.
 
-Each seed draws a corner: two legs of random directions, lengths, speeds, turns and modes, and a joint or
-Cartesian transition between them. It is planned with a deviation it may have at most, run through the
-generator and six joints, and compared with the transition of that deviation that an acceleration time
-makes. Results are kept in a file; corners already in it are not repeated.
+Each seed draws a corner: two legs of random directions, lengths, speeds, turns and modes, and a
+joint or Cartesian transition between them. It is planned with a deviation it may have at most, run
+through the generator and six joints, and compared with the transition of that deviation that an
+acceleration time makes. Results are kept in a file; corners already in it are not repeated.
 """
 
 import argparse

@@ -228,6 +228,8 @@ class JointSetpoint:
             difference = earlier(difference, setpoint.p * 2.0 * setpoint.acceleration_time)
         self._match = MatchingPolynomial.matching(difference, setpoint.acceleration_time)
         self._theta_BC = theta_B - theta_C if joint_mode else 0.0
+        if joint_mode and setpoint.p >= 1.0:  # a Cartesian transition is over: nothing to match
+            theta = theta_C + setpoint.r * self._theta_BC
         self._base, self._next = self._next, self._base
         self._r_step = 0.0
         return theta

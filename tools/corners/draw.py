@@ -1,8 +1,9 @@
 """Corners drawn at random: from rest over a position the tool passes to another, and to rest there.
 
-A seed tells all of a corner: where it is, its angle, the lengths and speeds of its two legs, how the
-tool turns on each, their modes and the transition between them. What is drawn is drawn again until
-the arm can do each leg alone, from rest to rest: what breaks then is the corner.
+A seed tells all of a corner: where it is, its angle, the lengths and speeds of its two legs, how
+the tool turns on each, their modes and the transition between them. It is drawn again until the arm
+can do each leg alone, from rest to rest, in the time its speed asks for: what breaks then is the
+corner.
 """
 
 import math
@@ -124,7 +125,7 @@ def _drawn(arm: Arm, seed: int, random: Generator) -> Corner:
     lengths = random.uniform(*LENGTH, 2) * scale
     begin = _displaced(via, -lengths[0] * one, random)
     end = _displaced(via, lengths[1] * two, random)
-    speeds = np.exp(random.uniform(*np.log(SPEED), 2)) * scale
+    speeds = np.exp(random.uniform(math.log(SPEED[0]), math.log(SPEED[1]), 2)) * scale
     times = random.uniform(*ACCELERATION, 2).round(3)
     modes = [list(Mode)[k] for k in random.integers(len(Mode), size=2)]
     transition = list(Transition)[random.integers(len(Transition))]

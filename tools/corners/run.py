@@ -1,8 +1,8 @@
 """One corner planned with a deviation, run by generator and joints, and beside today's transition.
 
-What is measured is what the joints do: the generator's set-points, rounded to float32 as on the wire,
-through six joints as the nodes have them. Between two cycles the tool is where the cubic through four
-places is.
+What is measured is what the joints do: the generator's set-points, rounded to float32 as on the
+wire, through six joints as the nodes have them. Between two cycles the tool is where the cubic
+through four places is.
 """
 
 import struct
@@ -16,6 +16,7 @@ from rfms_can.kinematics import Joints, JointSolver, direct
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning import MovePlanner, Plan
+from rfms_can.master.trajectory.planning.corner import longest
 from rfms_can.master.trajectory.segment import Move, Transition
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.transform import Transform
@@ -45,7 +46,7 @@ class Result(NamedTuple):
         limited: whether a longer one would have had no room.
         segment_time: of the second leg; ``asked`` by its speed.
         today_deviation, today: deviation and segment time of the transition without a bound that
-            deviates as much or, in whole periods, as little less as can be; None if all are refused.
+            deviates as much or, in whole periods, a little less; None if all are refused.
         peak: largest part of a joint's acceleration limit in the run.
     """
 
@@ -121,7 +122,7 @@ def result_of(corner: Corner, bound: float, period_s: float) -> Result:
         promised=plan.via_deviation,
         measured=measured(corner, angles),
         acceleration_time=move.acceleration_ticks * period_s,
-        limited=_limited(run.moves[0], move, len(run.moves) - 1),
+        limited=_limited(run.moves[0], move),
         segment_time=plan.segment_time,
         asked=distance(corner, 1) / second.speed,
         today_deviation=before[0],
@@ -130,11 +131,11 @@ def result_of(corner: Corner, bound: float, period_s: float) -> Result:
     )
 
 
-def _limited(before: Move, move: Move, parts: int) -> bool:
-    """Whether either segment has no room for one period more."""
-    own = min(move.segment_ticks - move.rest_ticks - move.between_ticks, move.segment_ticks)
-    half = max(move.rest_ticks, move.segment_ticks // 2)
-    return move.acceleration_ticks >= min(before.room, own, half) and parts > 0
+def _limited(before: Move, move: Move) -> bool:
+    """Whether the segments have no room for one period more."""
+    own = move.segment_ticks - move.rest_ticks - move.told_ticks - 2
+    most = min(own, max(move.rest_ticks, move.segment_ticks // 2), longest(before, move))
+    return move.acceleration_ticks >= most
 
 
 def today(corner: Corner, bound: float, period_s: float) -> tuple[float | None, float | None]:

@@ -1,9 +1,9 @@
 """The Cartesian transition: T6 itself blends from one path to the next (thesis, Ch. VII).
 
-In the frame left of its drive the new path is D(r), the old one, continued, L^-1 T6 R^-1; so is the
-new one in joint mode, T6 being that of its joints' angles. What lies between them, a translation and
-a rotation vector, is added to the new one and faded by the matching polynomial (3.18) of all four
-derivatives.
+In the frame left of its drive the new path is D(r), the old one, continued, L^-1 T6 R^-1; so is
+the new one in joint mode, T6 being that of its joints' angles. What lies between them, a
+translation and a rotation vector, is added to the new one and faded by the matching polynomial
+(3.18) of all four derivatives.
 Both paths are known, so the derivatives are those of the polynomial through seven of their poses,
 a period of local time apart or so: nothing is estimated from noise.
 

@@ -172,9 +172,10 @@ class SegmentRunner:
     def rejoin(self, tick: int) -> CartesianSetpoint:
         """Row 3 at p = 1: what a joint-mode segment that is under way is measured from.
 
-        The joints have followed T6 and do not know theta_BC. START tells it, by B and the goal; at
-        p = 1 its matching polynomial is zero whatever it matches, and the set-point of this cycle
-        is the one ahead of the last ones, which have joined the line.
+        The joints have followed T6 and do not know theta_BC. START tells it, by B and the goal, and
+        p = 1 that the motion has joined the line already. That is all SETPOINT has to say: the
+        other way, T6 of the whole segment, would end where a joint-mode path passes a singularity
+        or changes its configuration.
         """
         self._advance()
         segment, moment = self.segment, self._moment(tick)

@@ -70,19 +70,20 @@ class Move(NamedTuple):
         return max(self.acceleration_ticks, self.rest_ticks)
 
     @property
+    def told_ticks(self) -> int:
+        """Time the joints are told its line in, after a Cartesian transition into joint mode."""
+        return TOLD_TICKS + 1 if self.rejoins else 0
+
+    @property
     def least_ticks(self) -> int:
         """Least segment time that has room for its transitions, in and to rest, periods."""
-        return self.longest_entry + self.rest_ticks + self.between_ticks
+        return self.segment_ticks - self.room + self.rest_ticks
 
     @property
     def room(self) -> int:
         """Longest t_acc the move that follows may have, periods."""
-        return self.segment_ticks - self.longest_entry - self.between_ticks
-
-    @property
-    def between_ticks(self) -> int:
-        """Least time between its transitions, periods."""
-        return 2 + (TOLD_TICKS + 1 if self.rejoins else 0)
+        entry = max(self.acceleration_ticks + self.told_ticks, self.rest_ticks)
+        return self.segment_ticks - entry - 2
 
     @property
     def rejoins(self) -> bool:

@@ -1,9 +1,9 @@
 """A corner that keeps a bound: the acceleration time of a transition by the deviation it may have.
 
-Between two straight segments the deviation from the position between them is 5/32 t_acc |v2 - v1|
-(``via_deviation.py``); else it is measured, as it grows with t_acc in all modes. So the longest t_acc
-that keeps the bound comes as near to it as whole periods allow. Only t_acc and t_seg of the new
-segment are chosen: the time of the segment before is promised.
+Between two straight segments the deviation from the position between them is
+5/32 t_acc |v2 - v1| (``via_deviation.py``); else it is measured, as it grows with t_acc in all
+modes. So the longest t_acc that keeps the bound comes as near to it as whole periods allow. Only
+t_acc and t_seg of the new segment are chosen: the time of the segment before is promised.
 
 A transition takes at most the room both segments have, and half the new one's time at most (or what
 its mode needs to come to rest), so that the corner after it has room as well. Where a limit of the
@@ -21,6 +21,9 @@ from rfms_can.master.trajectory.planning.preview import entry_motion
 from rfms_can.master.trajectory.planning.search import TRIES, Outcome, Times, Trial
 from rfms_can.master.trajectory.planning.times import LONGEST_S
 from rfms_can.master.trajectory.planning.via_deviation import Deviation, deviation
+from rfms_can.master.trajectory.segment import Move, Transition
+from rfms_can.setpoint.history import LONG, window_for
+from rfms_can.wire.vocabulary import Mode
 
 GROWTH: Final = 0.02
 """Least fraction by which a segment time grows at first; twice that at each further try."""
@@ -43,6 +46,28 @@ def via_deviation(trial: Trial, entry: Floats) -> Deviation:
     before = trial.departed.segment
     at_goal, goal = trial.frame.at_goal(before), before.move.target
     return deviation(trial.arm, entry, goal.left(at_goal), goal.right(at_goal))
+
+
+def longest(before: Move, move: Move, left: float = math.inf) -> int:
+    """The longest t_acc that the segment before has room and time for, periods.
+
+    Where joints estimate how they leave a segment, its straight part must be half as long as what
+    they fit: from less, float32's noise would move the corner by a per cent. The mode's own t_acc
+    is taken where there is room for no more; where that is not in time, the arm rests first.
+
+    Args:
+        before: the move of that segment.
+        move: the move that follows.
+        left: periods until the goal of ``before``, if it is under way.
+    """
+    still = before.mode is Mode.JOINT and before.target.constant
+    fits = move.transition is Transition.JOINT and not (still and move.target.constant)
+    room = before.room
+    while fits and room > 1 and room + window_for(room) // 2 - 2 > before.room:
+        room -= 1
+    watch = 2 if move.target.constant else LONG + 2
+    in_time = max(left - watch, move.rest_ticks)
+    return int(min(max(room, min(before.room, move.rest_ticks)), in_time))
 
 
 class Corner(NamedTuple):
@@ -98,7 +123,7 @@ class Corner(NamedTuple):
         """The longest t_acc both segments have room for."""
         move = self.trial.base.segment.move
         part = segment_ticks // self.trial.parts
-        own = part - move.rest_ticks - move.between_ticks
+        own = part - move.rest_ticks - move.told_ticks - 2
         return min(self.longest, own, max(move.rest_ticks, part // 2))
 
     def _deviation(self, times: Times) -> float:

@@ -16,7 +16,7 @@ from rfms_can.master.trajectory.admission import (
 from rfms_can.master.trajectory.goal import Goal, Moment
 from rfms_can.master.trajectory.joint_line import JointLine, PlannedJoints
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
-from rfms_can.master.trajectory.planning.corner import Corner, via_deviation
+from rfms_can.master.trajectory.planning.corner import Corner, longest, via_deviation
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
@@ -29,7 +29,6 @@ from rfms_can.master.trajectory.planning.times import (
     segment_ticks,
 )
 from rfms_can.master.trajectory.segment import Move, Segment, Transition, whole_ticks
-from rfms_can.setpoint.history import LONG
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
 
@@ -145,7 +144,7 @@ class MovePlanner:
         ends = move.to_rest().transition if parts == 1 else Transition.CARTESIAN
         trial = Trial(self.arm, frame, departed, base, ends, parts)
         if mode.deviation is not None and not before.rests:
-            corner = Corner(trial, mode.deviation, _longest(before, move, left))
+            corner = Corner(trial, mode.deviation, longest(before.move, move, left))
             return self._made(trial, corner.outcome(lengthen=mode.lengthen))
         if not before.rests:
             check_succession(before.move, base.segment.move, self._period)
@@ -182,7 +181,8 @@ class MovePlanner:
     ) -> Base:
         """The segment of ``move`` with the time its mode gives it or asks for."""
         limits, tau = self.arm.speed_limits, self._period
-        least = parts * move.least_ticks
+        free = mode.deviation is not None  # to choose the t_acc of its entry, however short
+        least = parts * (move._replace(acceleration_ticks=1) if free else move).least_ticks
         ticks = segment_ticks(mode, drive, _ZERO, limits, tau)
         if ticks < least and mode.segment_time is not None and not mode.lengthen:
             move = move._replace(segment_ticks=ticks)
@@ -234,16 +234,6 @@ class MovePlanner:
         self._planned[sequence] = planned
         if len(self._planned) > REMEMBERED:
             del self._planned[next(iter(self._planned))]
-
-
-def _longest(before: Segment, move: Move, left: float) -> int:
-    """The longest t_acc that ``before`` has room and time for, periods.
-
-    Where not even the mode's own is in time the arm comes to rest first, whatever is chosen here.
-    """
-    watch = 2 if move.target.constant else LONG + 2
-    in_time = max(left - watch, move.rest_ticks)
-    return int(min(before.move.room, in_time))
 
 
 def _from_goal_to_goal(before: Segment, move: Move, frame: Frame) -> DriveTransform:
