@@ -257,3 +257,40 @@ def test_a_joint_mode_move_that_was_not_planned_cannot_blend_in_space() -> None:
     rig.move(JOINT, "W1", 1.0, 0.2)
     with pytest.raises(MoveError, match="cannot leave move 1, which is in joint mode and was not"):
         rig.curve("W2", 1.0, 0.2)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_programs_of_all_kinds_run_evenly_to_their_ends(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    rig = PlannedRig()
+    rig.wire = bool(draw.integers(2))
+    rig.run(12)
+    for _ in range(int(draw.integers(2, 6))):
+        swing = draw.uniform(-1.0, 1.0, 6) * (0.3, 0.2, 0.2, 0.3, 0.3, 0.3)
+        q1, q2, q3, q4, q5, q6 = (np.array(REST) + swing).tolist()
+        last = (q1, q2, q3, q4, q5, q6)
+        place = [at_angles(last), weaving(last)][draw.choice(2, p=(0.75, 0.25))]
+        plan = rig.plan(
+            place,
+            How(
+                list(Mode)[draw.integers(2)],
+                draw.uniform(0.1, 0.3),
+                draw.uniform(0.6, 1.2),
+                transition=list(Transition)[draw.integers(2)],
+                deviation=[None, 0.001, 0.005][draw.integers(3)],
+                lengthen=True,
+            ),
+        )
+        rig.generator.request(*plan.moves)
+        rig.plans.append(plan)
+        rig.run(int(draw.integers(0, 240) * draw.integers(2)))
+        if draw.random() < 0.2:
+            rig.generator.pause()
+            rig.run(int(draw.integers(1, 250)))
+            rig.generator.resume()
+    rig.finish(20000)
+    assert rig.generator.completed == len(rig.plans)
+    assert np.isfinite(rig.q).all()
+    assert np.all(rig.peaks(1)[1] <= 1.4 * np.array(PUMA_260.acceleration_limits))
+    if place.goal.constant:
+        assert reached(rig) == approx(last, abs=2e-5)

@@ -26,7 +26,7 @@ COLUMNS: Final = (
     "no room for more",
     "promise off by",
     "lengthened",
-    "slower than today",
+    "slower than before",
     "peak of a limit",
 )
 

@@ -10,7 +10,7 @@ from rfms_can.kinematics import Configuration
 from rfms_can.master.force.guards import DISTANCES
 from rfms_can.master.force.specification import NO_GUARD, Guard
 from rfms_can.master.trajectory.segment import Transition
-from rfms_can.messages import ModeMessage, Vector3, Vector6
+from rfms_can.messages import FARTHEST_CORNER, ModeMessage, Vector3, Vector6
 from rfms_can.wire.vocabulary import Mode
 
 FARTHEST_CENTRE: Final = 2.0
@@ -19,9 +19,6 @@ FARTHEST_STOP: Final = (3.0, 3.0, 3.0, math.pi, math.pi, math.pi)
 """Distances a guard may have at most, m and rad: nothing an arm holds goes farther, and a turn by
 more looks like one by less."""
 
-
-FARTHEST_CORNER: Final = 1.0
-"""Deviation of a corner that may be asked for at most, m: more than any arm here makes."""
 
 ROTATION_LEVER: Final = 0.2
 """Where a mode has a speed of the tool and none of its rotation: distance from the tool's origin at

@@ -8,7 +8,7 @@ t_acc and t_seg of the new segment are chosen: the time of the segment before is
 A transition takes at most the room both segments have, and half the new one's time at most (or what
 its mode needs to come to rest), so that the corner after it has room as well. Where a limit of the
 joints breaks with that t_acc, the segment takes longer, its t_acc chosen again; or the move is
-refused.
+refused. A slow segment always deviates less: at the corner the tool nearly stops.
 """
 
 import math
@@ -99,7 +99,9 @@ class Corner(NamedTuple):
         slowed = self._slowed(outcome.excess)
         if slowed is not None and lengthen:
             return slowed
-        remedy = self._longer(slowed) if slowed else self._looser(outcome) or self._from_rest()
+        remedies = [self._longer(slowed)] if slowed else []
+        remedies += [self._looser(outcome)]
+        remedy = ", or ".join(filter(None, remedies)) or self._from_rest()
         raise MoveError(f"{self._refused(ticks, outcome)}: {remedy}")
 
     def ticks(self, segment_ticks: int) -> int:
@@ -204,7 +206,7 @@ class Corner(NamedTuple):
     def _longer(self, slowed: Outcome) -> str:
         return (
             f"give the segment at least {slowed.base.segment_time:.6g} s instead of "
-            f"{self.trial.base.segment_time:.6g} s, or set lengthen"
+            f"{self.trial.base.segment_time:.6g} s"
         )
 
     def _looser(self, outcome: Outcome) -> str | None:
