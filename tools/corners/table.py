@@ -27,6 +27,7 @@ COLUMNS: Final = (
     "promise off by",
     "lengthened",
     "slower than before",
+    "than a joint one",
     "peak of a limit",
 )
 
@@ -61,6 +62,12 @@ def slower(results: Sequence[Result]) -> list[Result]:
     ]
 
 
+def existed(result: Result) -> bool:
+    """Whether there was such a transition before: not a Cartesian one from or into joint mode."""
+    first, transition, second = result.modes.split()
+    return transition == "joint" or first == second == "cartesian"
+
+
 def broken_promise(result: Result) -> float:
     """Part of the deviation promised by which the one measured differs."""
     if not result.promised or result.measured is None:
@@ -77,7 +84,8 @@ def _row(arm: str, modes: str, results: Sequence[Result], conditions: Conditions
         and each.segment_time > each.asked + 1.0 / conditions.rate
         for each in runs
     )
-    compared = sum(each.today is not None for each in runs)
+    before = [each for each in runs if existed(each) and each.today is not None]
+    new = [each for each in runs if not existed(each) and each.today is not None]
     return [
         arm,
         modes,
@@ -90,6 +98,7 @@ def _row(arm: str, modes: str, results: Sequence[Result], conditions: Conditions
         str(sum(each.limited for each in runs)),
         f"{100.0 * max(map(broken_promise, runs)):.2f} %",
         str(longer),
-        f"{len(slower(runs))} of {compared}",
+        f"{len(slower(before))} of {len(before)}" if before else "",
+        f"{len(slower(new))} of {len(new)}" if new else "",
         f"{100.0 * max(each.peak or 0.0 for each in runs):.1f} %",
     ]

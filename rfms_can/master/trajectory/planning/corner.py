@@ -18,18 +18,27 @@ from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.limits import Excess
 from rfms_can.master.trajectory.planning.preview import entry_motion
-from rfms_can.master.trajectory.planning.search import TRIES, Outcome, Times, Trial
+from rfms_can.master.trajectory.planning.search import Outcome, Times, Trial
 from rfms_can.master.trajectory.planning.times import LONGEST_S
 from rfms_can.master.trajectory.planning.via_deviation import Deviation, deviation
 from rfms_can.master.trajectory.segment import Move, Transition
 from rfms_can.setpoint.history import LONG, window_for
 from rfms_can.wire.vocabulary import Mode
 
-GROWTH: Final = 0.02
+GROWTH: Final = 0.05
 """Least fraction by which a segment time grows at first; twice that at each further try."""
 
-FINE: Final = 0.002
-"""Fraction to which the shortest segment time is found."""
+FINE: Final = 0.05
+"""Fraction to which a segment time is looked for; the shortest for its t_acc is found then."""
+
+LONGER: Final = 8
+"""Longer segment times that are tried: the last is some hundred times as long."""
+
+FINEST: Final = 0.002
+"""Fraction to which that one is found."""
+
+NEIGHBOURS: Final = 3
+"""Acceleration times that are tried for that."""
 
 ROUNDING: Final = 1e-9
 """Fraction by which a bound may be passed."""
@@ -96,18 +105,20 @@ class Corner(NamedTuple):
         outcome = self.trial.run(Times(segment, ticks or 1))
         if ticks and outcome.excess is None:
             return outcome
-        slowed = self._slowed(outcome.excess)
+        slowed = self._slowed(outcome.excess, ticks)
         if slowed is not None and lengthen:
             return slowed
-        remedies = [self._longer(slowed)] if slowed else []
-        remedies += [self._looser(outcome)]
+        remedies = (self._longer(slowed) if slowed else None, self._looser(outcome))
         remedy = ", or ".join(filter(None, remedies)) or self._from_rest()
         raise MoveError(f"{self._refused(ticks, outcome)}: {remedy}")
 
-    def ticks(self, segment_ticks: int) -> int:
-        """The longest t_acc that keeps the bound in a segment of ``segment_ticks``; 0 if none."""
+    def ticks(self, segment_ticks: int, near: int = 0) -> int:
+        """The longest t_acc that keeps the bound in a segment of ``segment_ticks``; 0 if none.
+
+        It may be ``near`` one that is known.
+        """
         keeps, breaks = 0, self._most(segment_ticks) + 1
-        ticks, tries = min(self.trial.base.segment.move.rest_ticks, breaks - 1), 0
+        ticks, tries = min(near or self.trial.base.segment.move.rest_ticks, breaks - 1), 0
         while breaks - keeps > 1:
             off = self._deviation(Times(segment_ticks, ticks))
             if off <= self.bound * (1.0 + ROUNDING):
@@ -138,32 +149,33 @@ class Corner(NamedTuple):
             return math.inf
         return via_deviation(trial, entry[0]).distance
 
-    def _at(self, segment_ticks: int) -> Outcome | None:
+    def _at(self, segment_ticks: int, near: int = 0) -> Outcome | None:
         """The outcome with a segment time; None if the bound cannot be kept, or has no solution."""
-        ticks = self.ticks(segment_ticks)
+        ticks = self.ticks(segment_ticks, near)
         try:
             return self.trial.run(Times(segment_ticks, ticks)) if ticks else None
         except KinematicsError:
             return None
 
-    def _slowed(self, excess: Excess | None) -> Outcome | None:
+    def _slowed(self, excess: Excess | None, near: int) -> Outcome | None:
         """The outcome with the shortest longer segment time that does; None without one."""
         longest = LONGEST_S / self.trial.frame.period_s
         breaks = segment = self.trial.times.segment
         kept: Outcome | None = None
         growth = GROWTH
-        for _ in range(TRIES):
+        for _ in range(LONGER):
             slower = 1.0 if excess is None else excess.slower
             segment = math.ceil(segment * max(1.0 + growth, slower))
             growth *= 2.0
-            outcome = self._at(segment) if segment <= longest else None
+            outcome = self._at(segment, near) if segment <= longest else None
+            near = near if outcome is None else outcome.base.segment.move.acceleration_ticks
             if outcome is not None and outcome.excess is None:
                 kept = outcome
                 break
             excess, breaks = None if outcome is None else outcome.excess, segment
         while kept is not None and segment - breaks > max(1.0, FINE * segment):
             middle = (segment + breaks) // 2
-            outcome = self._at(middle)
+            outcome = self._at(middle, near)
             if outcome is not None and outcome.excess is None:
                 kept, segment = outcome, middle
             else:
@@ -171,21 +183,50 @@ class Corner(NamedTuple):
         return None if kept is None else self._shortest(kept)
 
     def _shortest(self, kept: Outcome) -> Outcome:
-        """The outcome with the t_acc of ``kept`` and the time such a t_acc needs, if shorter."""
-        move, trial = kept.base.segment.move, self.trial
-        times = Times(trial.times.segment, move.acceleration_ticks)
-        if times.acceleration > self._most(times.segment):
-            return kept
+        """The outcome with about the t_acc of ``kept`` and the time that needs, if shorter."""
+        ticks, known = kept.base.segment.move.acceleration_ticks, set[int]()
+        while len(known) < NEIGHBOURS and ticks not in known:
+            known.add(ticks)
+            found = self._with(ticks, kept.base.segment.move.segment_ticks - 1)
+            if found is None:
+                ticks = max(ticks - 1, 1)
+            else:
+                kept = found
+                ticks = max(self.ticks(found.base.segment.move.segment_ticks, ticks), ticks)
+        return kept
+
+    def _with(self, ticks: int, longest_segment: int) -> Outcome | None:
+        """The outcome with a t_acc, in the segment time that it needs; None if it does not do."""
+        trial = self.trial
         try:
-            given = trial.run(times)
+            found: Outcome | None = trial.run(Times(trial.times.segment, ticks))
+            if found is not None and found.excess is not None:
+                found = trial._replace(base=found.base).slowed(found.excess, longest_segment)
+            if found is None:
+                return None
+            limited = found.base.segment.move.segment_ticks
+            segment = self._within_bound(ticks, limited, longest_segment)
+            if segment is None or ticks > self._most(segment):
+                return None
+            found = found if segment == limited else trial.run(Times(segment, ticks))
         except KinematicsError:
-            return kept
-        fixed = trial._replace(base=given.base)
-        found = fixed.slowed(given.excess, move.segment_ticks - 1) if given.excess else given
-        if found is None:
-            return kept
-        off = via_deviation(trial, found.preview.entry.motion[0]).distance
-        return found if off <= self.bound * (1.0 + ROUNDING) else kept
+            return None
+        return found if found.excess is None else None
+
+    def _within_bound(self, ticks: int, least: int, most: int) -> int | None:
+        """The shortest segment time, to ``FINEST`` of it, in which ``ticks`` keep the bound."""
+
+        def keeps(segment: int) -> bool:
+            return self._deviation(Times(segment, ticks)) <= self.bound * (1.0 + ROUNDING)
+
+        if keeps(least):
+            return least
+        if least >= most or not keeps(most):
+            return None
+        while most - least > max(1.0, FINEST * most):
+            middle = (least + most) // 2
+            least, most = (least, middle) if keeps(middle) else (middle, most)
+        return most
 
     # --- refusals -----------------------------------------------------------------------------
 

@@ -21,6 +21,7 @@ from rfms_can.master.trajectory.planning.cartesian_entry import (
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment, estimated_departure
 from rfms_can.master.trajectory.segment import Transition
+from rfms_can.setpoint.blend import blend_parameter
 from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
 
 TRANSITION: Final = 32
@@ -140,11 +141,12 @@ def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous
     correction = leaving.into(segment, hand_over)
     solve, configuration = frame.kinematics.solve, leaving.segment.move.configuration
     t_acc = segment.move.acceleration_ticks * frame.period_s
+    rise = base.acceleration_time / base.segment_time
     middle = leaving.clock * frame.period_s + t_acc if ends else 0.0
 
     def angles(p: float, previous: Joints) -> Joints:
         t = t_acc * (2.0 * p - 1.0)
-        h = 1.0 if ends else float(base.parameter(np.array([t]))[0, 0])
+        h = 1.0 if ends else blend_parameter(p) * rise
         moment = Moment(frame.tick, h, middle + t)
         return solve(correction.pose(segment, moment, 1.0 - h, p), configuration, previous)
 
