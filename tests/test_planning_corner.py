@@ -2,12 +2,14 @@
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from corners.draw import draw
+from corners.results import KEPT, read
 from corners.run import result_of
-from corners.table import broken_promise, slower
+from corners.table import broken_promise, existed, longer, near, slower
 from pytest import approx
 from support.planning import TOOL, How, PlannedRig, at_goal, at_pose
 from support.trajectory import REST, TAU, MovingGoal
@@ -255,3 +257,15 @@ def test_random_corners_keep_two_millimetres(arm: str, seed: int) -> None:
     assert broken_promise(result) < 0.01
     assert result.peak is not None and result.peak < 1.01
     assert slower([result]) == []
+
+
+def test_the_thousand_of_the_docs_came_out_as_they_say() -> None:
+    conditions, results = read(Path(__file__).parents[1] / KEPT)
+    measured = [each.measured for each in results if each.measured is not None]
+    assert (len(results), len(measured)) == (1000, 1000)
+    assert max(measured) <= 1.01 * conditions.deviation
+    assert near(results, conditions.deviation) >= 900
+    assert all(each.limited for each in results if not near([each], conditions.deviation))
+    assert max(map(broken_promise, results)) < 0.01
+    assert not [each for each in slower(results) if existed(each)]
+    assert all(longer(each) < 0.025 * (each.today or 0.0) for each in slower(results))

@@ -11,8 +11,8 @@ from corners.run import Result
 NEAR: Final = 0.8
 """Part of the bound that most corners should come to."""
 
-MOTION: Final = 1e-6
-"""Seconds by which one segment time is not longer than another: rounding."""
+ROUNDING: Final = 1e-6
+"""Seconds by which one segment time is not longer than another."""
 
 COLUMNS: Final = (
     "arm",
@@ -53,13 +53,16 @@ def near(results: Sequence[Result], bound: float) -> int:
     return sum(each.measured is not None and each.measured >= NEAR * bound for each in results)
 
 
+def longer(result: Result) -> float:
+    """Seconds by which its segment takes longer than what it is compared with; 0 without that."""
+    if result.segment_time is None or result.today is None:
+        return 0.0
+    return result.segment_time - result.today
+
+
 def slower(results: Sequence[Result]) -> list[Result]:
-    """Those whose segment takes longer than today's of that deviation."""
-    return [
-        each
-        for each in results
-        if each.segment_time and each.today and each.segment_time > each.today + MOTION
-    ]
+    """Those whose segment takes longer than what it is compared with."""
+    return [each for each in results if longer(each) > ROUNDING]
 
 
 def existed(result: Result) -> bool:
@@ -78,7 +81,7 @@ def broken_promise(result: Result) -> float:
 def _row(arm: str, modes: str, results: Sequence[Result], conditions: Conditions) -> list[str]:
     runs = [each for each in results if each.measured is not None]
     measured = sorted(1e3 * each.measured for each in runs if each.measured is not None)
-    longer = sum(
+    lengthened = sum(
         each.segment_time is not None
         and each.asked is not None
         and each.segment_time > each.asked + 1.0 / conditions.rate
@@ -97,7 +100,7 @@ def _row(arm: str, modes: str, results: Sequence[Result], conditions: Conditions
         str(near(runs, conditions.deviation)),
         str(sum(each.limited for each in runs)),
         f"{100.0 * max(map(broken_promise, runs)):.2f} %",
-        str(longer),
+        str(lengthened),
         f"{len(slower(before))} of {len(before)}" if before else "",
         f"{len(slower(new))} of {len(new)}" if new else "",
         f"{100.0 * max(each.peak or 0.0 for each in runs):.1f} %",

@@ -37,7 +37,7 @@ LONGER: Final = 8
 FINEST: Final = 0.002
 """Fraction to which that one is found."""
 
-NEIGHBOURS: Final = 3
+NEIGHBOURS: Final = 5
 """Acceleration times that are tried for that."""
 
 ROUNDING: Final = 1e-9
@@ -183,16 +183,23 @@ class Corner(NamedTuple):
         return None if kept is None else self._shortest(kept)
 
     def _shortest(self, kept: Outcome) -> Outcome:
-        """The outcome with about the t_acc of ``kept`` and the time that needs, if shorter."""
-        ticks, known = kept.base.segment.move.acceleration_ticks, set[int]()
-        while len(known) < NEIGHBOURS and ticks not in known:
+        """The outcome with about the t_acc of ``kept`` and the time that needs, if shorter.
+
+        A longer t_acc asks less of the joints, and may need a slower segment to keep the bound.
+        """
+        ticks = kept.base.segment.move.acceleration_ticks
+        known = set[int]()
+        waiting = [ticks, ticks - 1]
+        while waiting and len(known) < NEIGHBOURS:
+            ticks = waiting.pop(0)
+            if ticks < 1 or ticks in known:
+                continue
             known.add(ticks)
             found = self._with(ticks, kept.base.segment.move.segment_ticks - 1)
-            if found is None:
-                ticks = max(ticks - 1, 1)
-            else:
+            if found is not None:
                 kept = found
-                ticks = max(self.ticks(found.base.segment.move.segment_ticks, ticks), ticks)
+                segment = kept.base.segment.move.segment_ticks
+                waiting += (self.ticks(segment, ticks), ticks - 1)
         return kept
 
     def _with(self, ticks: int, longest_segment: int) -> Outcome | None:
@@ -262,7 +269,7 @@ class Corner(NamedTuple):
                 return None
             off = via_deviation(trial, eased.preview.entry.motion[0]).distance
             segment = eased.base.segment.move.segment_ticks
-        for factor in LOOSER:
+        for factor in LOOSER if 0.0 < off < math.inf else ():
             bound = _rounded_up(off * factor)
             looser = self._replace(bound=bound)._at(segment)
             if looser is not None and looser.excess is None:
