@@ -176,6 +176,7 @@ def test_a_mode_with_everything(arm: Arm, link: FakeLink) -> None:
         acceleration=2.0,
         angular_acceleration=7.0,
         config="right up flip",
+        deviation=0.002,
     )
     assert link.heard == [
         ModeMessage(
@@ -192,6 +193,7 @@ def test_a_mode_with_everything(arm: Arm, link: FakeLink) -> None:
             2.0,
             7.0,
             "right up flip",
+            deviation=0.002,
         )
     ]
 
@@ -205,6 +207,11 @@ def test_a_mode_with_everything(arm: Arm, link: FakeLink) -> None:
         ({"acceleration_time": 0.1, "interpolation": "round"}, "interpolation"),
         ({"acceleration_time": 0.1, "joint_speed": 1.1}, "joint_speed"),
         ({"acceleration_time": 0.1, "lengthen": "yes"}, "lengthen"),
+        ({"acceleration_time": 0.1, "deviation": "2 mm"}, "deviation '2 mm'"),
+        ({"acceleration_time": 0.1, "deviation": 0}, "deviation 0 m must be more than 0 and at"),
+        ({"acceleration_time": 0.1, "deviation": -2e-3}, "deviation -0.002 m must be more than 0"),
+        ({"acceleration_time": 0.1, "deviation": 2}, "at most 1 m; to pass through the position"),
+        ({"acceleration_time": 0.1, "deviation": math.nan}, "deviation nan m must be more than 0"),
     ],
 )
 def test_a_mode_says_which_setting_is_wrong(

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import draw_campaign
 import draw_cli
+import draw_corners
 import draw_link
 import draw_states
 import draw_wire
@@ -21,6 +22,7 @@ from rfms_can.wire.codec import load_database
     [
         ("draw_campaign.py", "peg-campaign.md", draw_campaign.render),
         ("draw_cli.py", "command-line.md", draw_cli.render),
+        ("draw_corners.py", "corners.md", draw_corners.render),
         ("draw_link.py", "link.md", draw_link.render),
         ("draw_states.py", "states.md", draw_states.render),
         ("draw_wire.py", "wire.md", draw_wire.render),

@@ -88,10 +88,7 @@ def off(q: Sequence[float], goal: Transform) -> DriveTransform:
 
 @pytest.mark.parametrize(
     ("first", "second", "transition"),
-    [
-        *((first, second, Transition.JOINT) for first in Mode for second in Mode),
-        (Mode.CARTESIAN, Mode.CARTESIAN, Transition.CARTESIAN),
-    ],
+    [(first, second, each) for first in Mode for second in Mode for each in Transition],
 )
 def test_the_run_comes_as_near_as_planned(
     first: Mode, second: Mode, transition: Transition

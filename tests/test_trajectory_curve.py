@@ -240,16 +240,15 @@ def test_a_stop_while_a_pause_holds_a_transition_moves_nothing() -> None:
     assert rig.q[-1] == approx(stood, abs=1e-12)
 
 
-def test_a_cartesian_transition_is_between_straight_lines() -> None:
+def test_from_and_into_joint_mode_it_needs_a_plan() -> None:
     rig = Rig()
-    with pytest.raises(MoveError, match="leads into a Cartesian segment, and this one is in joint"):
-        rig.move(JOINT, "W1", 1.0, 0.2, transition=Transition.CARTESIAN)
-    rig._sequence = 0
-    rig.move(JOINT, "W1", 1.0, 0.2)
-    with pytest.raises(MoveError, match="cannot leave move 1, which is in joint mode: wait until"):
+    rig.move(JOINT, "W1", 1.0, 0.2, transition=Transition.CARTESIAN)
+    with pytest.raises(MoveError, match="cannot leave move 1, which is in joint mode"):
         rig.curve("W2", 1.0, 0.2)
     rig.finish()
     rig.curve("W2", 1.0, 0.2)
+    with pytest.raises(MoveError, match="cannot lead into move 4, which is in joint mode"):
+        rig.move(JOINT, "W1", 1.0, 0.2, transition=Transition.CARTESIAN)
     rig.finish()
     assert rig.generator.completed == 3
 

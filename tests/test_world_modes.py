@@ -2,7 +2,7 @@
 
 import math
 import re
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -63,7 +63,18 @@ def test_what_is_not_said_of_a_mode() -> None:
     assert (kept.speed, kept.angular_speed, kept.joint_speed) == (None, None, None)
     assert not kept.lengthen
     assert kept.limits == Limits(1.0, 5.0)
+    assert kept.deviation is None
     assert kept.configuration is None
+
+
+@pytest.mark.parametrize("interpolation", ["joint", "cartesian"])
+def test_a_transition_in_space_leads_into_either_mode(
+    interpolation: Literal["joint", "cartesian"],
+) -> None:
+    message = mode(interpolation=interpolation, transition="cartesian", deviation=0.002)
+    kept = WorldModel(OWN, 0.004).define_mode(message)
+    assert (kept.mode.name.lower(), kept.transition) == (interpolation, Transition.CARTESIAN)
+    assert kept.deviation == 0.002
 
 
 @pytest.mark.parametrize("speed", ["speed", "angular_speed", "joint_speed"])
@@ -81,7 +92,10 @@ def test_one_speed_is_enough(speed: str) -> None:
             {"angular_speed": 0.1, "joint_speed": 0.5},
             "a segment time of 2 s and angular_speed and joint_speed contradict one another",
         ),
-        ({"transition": "cartesian"}, "a cartesian transition leads into straight lines in space"),
+        ({"deviation": -0.001}, "deviation -0.001 m must be more than 0 and at most 1 m; to pass"),
+        ({"deviation": 0.0}, "deviation 0.0 m must be more than 0"),
+        ({"deviation": 1.5}, "deviation 1.5 m must be more than 0 and at most 1 m"),
+        ({"deviation": math.nan}, "deviation nan m must be more than 0"),
         ({"configuration": "left up sideways"}, "sideways"),
         ({"configuration": ""}, ""),
         ({"segment_time": math.nan}, "segment_time nan must be a number more than zero"),

@@ -20,6 +20,7 @@ from rfms_can.errors import (
     TransformError,
 )
 from rfms_can.messages import (
+    FARTHEST_CORNER,
     T6,
     AnyFunction,
     ComplyRequest,
@@ -213,6 +214,12 @@ def mode(name: str, settings: ModeSettings) -> ModeMessage:
     """
     given: dict[str, Any] = {"interpolation": "joint", **settings}
     configuration = given.pop("config", None)
+    deviation = given.get("deviation")
+    if isinstance(deviation, float | int) and not 0.0 < deviation <= FARTHEST_CORNER:  # also NaN
+        raise ModeError(
+            f"mode {name!r}: deviation {deviation} m must be more than 0 and at most "
+            f"{FARTHEST_CORNER:g} m; to pass through the position itself, wait for the move to it"
+        )
     try:
         message = ModeMessage(name, configuration=configuration, **given)
     except TypeError as error:

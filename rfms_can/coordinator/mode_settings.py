@@ -15,8 +15,10 @@ class ModeSettings(TypedDict, total=False):
             no joint speed, the tool turns at speed / 0.2 m at most.
         joint_speed: fraction (0 to 1) of the joints' speed limits.
         interpolation: ``"joint"``, the default, or ``"cartesian"``: straight in space.
-        transition: ``"joint"``, the default, or ``"cartesian"``: the transition between straight
-            lines is planned in space.
+        transition: ``"joint"``, the default, or ``"cartesian"``: the transition is planned in
+            space.
+        deviation: largest distance of the tool from the position before, m, up to 1, where the arm
+            does not rest there: the transition takes the longest time that keeps it.
         lengthen: whether a segment that exceeds a limit is lengthened, or refused, the default.
         lengthen_at_most: by which factor it may be lengthened, 10 if not given; a segment that
             needs more is refused, with the time it would take.
@@ -41,6 +43,7 @@ class ModeSettings(TypedDict, total=False):
     joint_speed: float | None
     interpolation: Literal["joint", "cartesian"]
     transition: Literal["joint", "cartesian"]
+    deviation: float | None
     lengthen: bool
     lengthen_at_most: float
     acceleration: float

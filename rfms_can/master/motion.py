@@ -220,7 +220,10 @@ class Motion:
         accepted = AcceptedMove.bound(names, self.world, tick)
         self._admit(sequence, accepted)
         try:
-            plan = self._planner.plan(before, accepted.position, accepted.mode, sequence, tick)
+            plan = self._planner.plan(
+                *(before, accepted.position, accepted.mode, sequence, tick),
+                generator.periods_left,
+            )
             generator.request(*plan.moves)
         except (MoveError, KinematicsError) as error:
             raise MoveError(f"{accepted.words}: {error}") from error

@@ -3,7 +3,7 @@
 The same messages are sent over the link, or passed as objects within one process.
 """
 
-from rfms_can.messages.base import MAX_BYTES, T6, Message, Rigid, Vector3, Vector6
+from rfms_can.messages.base import FARTHEST_CORNER, MAX_BYTES, T6, Message, Rigid, Vector3, Vector6
 from rfms_can.messages.functions import AnyFunction, Circular, Linear, Table, TableRow, Weave
 from rfms_can.messages.numbers import ServerNumbers
 from rfms_can.messages.outcomes import MoveOutcome, Outcome, OutcomeQuery
@@ -51,6 +51,7 @@ from rfms_can.messages.world import (
 )
 
 __all__ = [
+    "FARTHEST_CORNER",
     "MAX_BYTES",
     "NAMES_LISTED",
     "T6",

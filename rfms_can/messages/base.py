@@ -18,6 +18,10 @@ Rigid = tuple[float, float, float, float, float, float, float, float, float, flo
 """The first three rows of a homogeneous transform, row-major; metres."""
 Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
 Positive = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
+FARTHEST_CORNER: Final = 1.0
+"""Deviation of a corner that may be asked for at most, m: more than any arm here makes."""
+Deviation = Annotated[float, msgspec.Meta(gt=0.0, le=FARTHEST_CORNER)]
+"""Of a corner, m."""
 Mass = Annotated[float, msgspec.Meta(ge=0.0, le=1e3)]
 Factor = Annotated[float, msgspec.Meta(ge=1.0, le=1e6)]
 Fraction = Annotated[float, msgspec.Meta(gt=0.0, le=1.0)]

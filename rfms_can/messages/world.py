@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from rfms_can.messages.base import (
+    Deviation,
     Directions,
     Factor,
     Fraction,
@@ -112,6 +113,8 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
             frame and the displacement, m or rad, at which the move is stopped.
         mass: payload from this move on, kg; None: unchanged.
         mass_centre: its centre of mass in T6, m; None: the origin of the tool's frame.
+        deviation: largest distance of the tool from the position it passes where the segment is
+            entered without rest, m: the acceleration time of that transition is chosen to keep it.
     """
 
     name: Name
@@ -132,6 +135,7 @@ class ModeMessage(Message, frozen=True, tag="MODE"):
     stop_on_distance: Directions | None = None
     mass: Mass | None = None
     mass_centre: Vector3 | None = None
+    deviation: Deviation | None = None
 
 
 class RemoveRequest(Message, frozen=True, tag="REMOVE"):

@@ -16,7 +16,8 @@ class CartesianSetpoint(NamedTuple):
         blend: which matching polynomial the joints use.
         r: 1 - h, 1 at the start of a segment, 0 at its goal.
         p: position in the transition (3.14), 0 to 1; also in a Cartesian one, which is LINEAR. At
-            START the elapsed part of the transition, 0 at full speed.
+            START the elapsed part of the transition, 0 at full speed; 1 after a Cartesian one into
+            joint mode.
         acceleration_time: t_acc, s; with a feed rate what it takes at the feed of the hand-over.
         T6_1: the pose: of the goal in joint mode, of the hand in Cartesian mode. At START the
             pose B the new segment starts from.

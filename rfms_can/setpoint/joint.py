@@ -143,7 +143,9 @@ class JointSetpoint:
         That is its own last value, not the set-point: in joint mode the two may differ by more than
         half a turn, and their difference crosses half a turn during the motion.
         """
-        return self.theta if setpoint.state is _IDLE or not self._base else self._base.newest
+        if setpoint.state is _IDLE or not self._base or self._leaves_joint_mode(setpoint):
+            return self.theta
+        return self._base.newest
 
     @property
     def turn_2(self) -> float:
@@ -192,6 +194,9 @@ class JointSetpoint:
         if state is _IDLE:
             self._rest(theta)
         else:
+            if self._leaves_joint_mode(setpoint):
+                self._base.clear()
+                self._theta_BC = 0.0
             if setpoint.mode is Mode.JOINT:
                 theta += setpoint.r * self._theta_BC
             if state is _BLEND:
@@ -206,6 +211,15 @@ class JointSetpoint:
             self._next.push(solution_2)
         self._r_step = setpoint.r - self._r
         return theta
+
+    def _leaves_joint_mode(self, setpoint: CartesianSetpoint) -> bool:
+        """Whether a Cartesian transition leaves a joint-mode segment: from now on T6_1 is the hand.
+
+        Without START, which tells how any other segment is measured. Where theta_BC is zero the
+        base is the set-point already.
+        """
+        leaves = self._theta_BC != 0.0 and setpoint.mode is Mode.CARTESIAN
+        return leaves and setpoint.state is not _START
 
     def _rest(self, theta: float) -> None:
         """IDLE: the pose alone determines the joint angle."""
@@ -244,6 +258,8 @@ class JointSetpoint:
             difference = earlier(difference, setpoint.p * 2.0 * setpoint.acceleration_time)
         self._match = MatchingPolynomial.matching(difference, setpoint.acceleration_time)
         self._theta_BC = theta_B - theta_C if joint_mode else 0.0
+        if joint_mode and setpoint.p >= 1.0:  # a Cartesian transition is over: nothing to match
+            theta = theta_C + setpoint.r * self._theta_BC
         self._base, self._next = self._next, self._base
         self._r_step = 0.0
         return theta

@@ -44,6 +44,7 @@ class How(NamedTuple):
     lengthen: bool = False
     lengthen_at_most: float = 10.0
     transition: Transition = Transition.JOINT
+    deviation: float | None = None
     configuration: Configuration | None = None
 
 

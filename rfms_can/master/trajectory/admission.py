@@ -20,18 +20,18 @@ def check_times(move: Move, period_s: float) -> None:
         MoveError: t_seg < 2 t_acc + 2 tau, or a time under one period.
     """
     name = f"move {move.sequence}"
-    if move.acceleration_ticks < 1:
+    shortest = min(move.acceleration_ticks, move.rest_ticks)
+    if shortest < 1:
         raise MoveError(
-            f"{name}: acceleration time of {move.acceleration_ticks} periods: "
-            f"give at least one ({period_s:g} s)"
+            f"{name}: acceleration time of {shortest} periods: give at least one ({period_s:g} s)"
         )
-    least = 2 * move.acceleration_ticks + 2
+    least, longest = move.least_ticks, move.longest_entry
     if move.segment_ticks < least:
         raise MoveError(
             f"{name}: segment time {move.segment_ticks * period_s:.6g} s is under twice the "
             f"acceleration time plus two periods, {least * period_s:.6g} s: the arm could not "
             f"stop at the goal; lengthen the segment or shorten the acceleration time "
-            f"({move.acceleration_ticks * period_s:.6g} s)"
+            f"({longest * period_s:.6g} s)"
         )
 
 
@@ -42,7 +42,7 @@ def check_succession(before: Move, move: Move, period_s: float) -> None:
         MoveError: t_seg(before) < t_acc(before) + t_acc(move) + 2 tau. The segment before is
             promised already, so it is ``move`` that is refused.
     """
-    longest = before.segment_ticks - before.acceleration_ticks - 2
+    longest = before.room
     if move.acceleration_ticks > longest:
         raise MoveError(
             f"move {move.sequence}: acceleration time {move.acceleration_ticks * period_s:.6g} s "
@@ -67,24 +67,20 @@ def check_configuration(before: Move, move: Move) -> None:
 
 
 def check_transition(before: Segment, move: Move) -> None:
-    """A Cartesian transition leads from a Cartesian segment, or from rest, into a Cartesian one.
+    """A Cartesian transition from or into joint mode needs what was planned of the joints.
 
     Raises:
-        MoveError: one of the two segments is in joint mode.
+        MoveError: a joint-mode segment was not planned.
     """
-    if move.transition is Transition.JOINT:
+    if move.transition is Transition.JOINT or before.rests:
         return
-    if move.mode is Mode.JOINT:
-        raise MoveError(
-            f"move {move.sequence}: a Cartesian transition leads into a Cartesian segment, and "
-            f"this one is in joint mode: use a joint transition"
-        )
-    if not before.rests and before.move.mode is Mode.JOINT:
-        raise MoveError(
-            f"move {move.sequence}: a Cartesian transition cannot leave move "
-            f"{before.move.sequence}, which is in joint mode: wait until that is complete, or use "
-            f"a joint transition"
-        )
+    for each, way in ((before.move, "leave"), (move, "lead into")):
+        if each.mode is Mode.JOINT and each.joints is None:
+            raise MoveError(
+                f"move {move.sequence}: its Cartesian transition cannot {way} move "
+                f"{each.sequence}, which is in joint mode and was not planned: plan both moves, or "
+                f"use a joint transition"
+            )
 
 
 def check_path(before: Move, move: Move, tick: int) -> None:

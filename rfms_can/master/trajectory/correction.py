@@ -1,8 +1,9 @@
 """The Cartesian transition: T6 itself blends from one path to the next (thesis, Ch. VII).
 
-In the frame left of its drive the new path is D(r), the old one, continued, L^-1 T6 R^-1. What lies
-between them, a translation and a rotation vector, is added to the new one and faded by the matching
-polynomial (3.18) of all four derivatives.
+In the frame left of its drive the new path is D(r), the old one, continued, L^-1 T6 R^-1; so is
+the new one in joint mode, T6 being that of its joints' angles. What lies between them, a
+translation and a rotation vector, is added to the new one and faded by the matching polynomial
+(3.18) of all four derivatives.
 Both paths are known, so the derivatives are those of the polynomial through seven of their poses,
 a period of local time apart or so: nothing is estimated from noise.
 
@@ -41,20 +42,20 @@ class Correction:
     def between(
         cls,
         old: Callable[[int], Transform],
-        new: Transform,
+        new: Callable[[int], Transform],
         past: float,
         acceleration: float,
     ) -> Self:
-        """The correction from the path ``old`` to one that starts at ``new``.
+        """The correction from the path ``old`` to the path ``new``.
 
         Args:
             old: pose number -6 to 0 of the old path, in the frame of ``new``.
-            new: D(1) of the new path; it rests there, as h of (3.15) begins with four zeros.
+            new: the new path then, where it starts: h of (3.15) begins with four zeros. D(1) rests;
+                the start of a joint-mode segment goes as its goal does, joint by joint.
             past: the hand-over, after pose 0.
             acceleration: t_acc of the transition. Both in units of the time between two poses.
         """
-        inverse = new.inverse()
-        samples = [_difference(old(k), new, inverse) for k in range(1 - SAMPLES, 1)]
+        samples = [_difference(old(k), new(k)) for k in range(1 - SAMPLES, 1)]
         series = (_FIT @ np.array(samples)).T.tolist()
         return cls(
             tuple(
@@ -64,9 +65,12 @@ class Correction:
         )
 
     def pose(self, segment: Segment, moment: Moment, r: float, p: float) -> Transform:
-        """T6 at p of the transition into ``segment``."""
-        goal, drive = segment.move.target, segment.drive
-        base = Transform.identity() if drive is None else drive.at(r)
+        """T6 at p of the transition into ``segment``.
+
+        Raises:
+            KinematicsError: the goal of a joint-mode segment has no solution.
+        """
+        goal, base = segment.move.target, segment.driven(moment, r)
         x, y, z, ex, ey, ez = (polynomial.at(p) for polynomial in self._polynomials)
         angle = math.sqrt(ex * ex + ey * ey + ez * ez)
         turned = Transform.rotation((ex, ey, ez), angle) @ base if angle else base
@@ -96,35 +100,43 @@ class Leaving(NamedTuple):
     step: float
     period_s: float
 
-    def pose(self, cycle: int) -> tuple[Transform, Moment]:
-        """T6 of the path, continued, at ``cycle`` after the last, and the moment."""
+    def moment(self, cycle: int) -> Moment:
+        """The moment of the path, continued, at ``cycle`` after the last."""
         segment, elapsed = self.segment, cycle * self.step
         h = 1.0 if segment.rests else (self.n + elapsed) / segment.move.segment_ticks
-        moment = Moment(self.tick + cycle, h, (self.clock + elapsed) * self.period_s)
-        return segment.pose(moment, 1.0 - h), moment
+        return Moment(self.tick + cycle, h, (self.clock + elapsed) * self.period_s)
+
+    def pose(self, cycle: int) -> Transform:
+        """T6 then."""
+        moment = self.moment(cycle)
+        return self.segment.hand(moment, 1.0 - moment.h)
 
     def into(self, segment: Segment, hand_over: float) -> Correction:
         """The transition into ``segment``, that begins at local time ``hand_over``."""
         goal, ticks = segment.move.target, segment.move.acceleration_ticks
         apart = max(1, round(1.0 / self.step))
 
-        def old(k: int) -> Transform:
+        def start(k: int) -> Moment:
             cycle = k * apart
-            pose, here = self.pose(cycle)
-            h, t = 1.0, here.t
-            if not segment.rests:
-                h, t = 0.0, (self.n + cycle * self.step - hand_over - ticks) * self.period_s
-            start = Moment(here.tick, h, t)
-            return goal.left(start).inverse() @ pose @ goal.right(start).inverse()
+            if segment.rests:
+                return self.moment(cycle)._replace(h=1.0)
+            t = (self.n + cycle * self.step - hand_over - ticks) * self.period_s
+            return Moment(self.tick + cycle, 0.0, t)
 
-        new = Transform.identity() if segment.drive is None else segment.drive.at(1.0)
+        def old(k: int) -> Transform:
+            pose, moment = self.pose(k * apart), start(k)
+            return goal.left(moment).inverse() @ pose @ goal.right(moment).inverse()
+
+        def new(k: int) -> Transform:
+            return segment.driven(start(k), 1.0)
+
         unit = self.step * apart
         return Correction.between(old, new, (hand_over - self.n) / unit, ticks / unit)
 
 
-def _difference(old: Transform, new: Transform, inverse: Transform) -> list[float]:
+def _difference(old: Transform, new: Transform) -> list[float]:
     """Translation and rotation vector from ``new`` to ``old``, in the frame both are given in."""
-    turn = DriveTransform(old @ inverse)
+    turn = DriveTransform(old @ new.inverse())
     return [
         *(old.px - new.px, old.py - new.py, old.pz - new.pz),
         *(component * turn.psi for component in turn.axis),

@@ -11,6 +11,7 @@ nearer to the goal than its matching polynomial needs, and beyond a seventh of t
 a move later than that starts from rest.
 """
 
+import math
 from collections.abc import Mapping
 from typing import Final
 
@@ -64,6 +65,8 @@ class TrajectoryGenerator:
             Stage.START: run.start,
             Stage.BLEND: run.blend,
             Stage.CURVE: run.curve,
+            Stage.REJOIN: run.rejoin,
+            Stage.REJOINED: run.rejoined,
             Stage.LINEAR: run.linear,
             Stage.PRE: run.pre,
             Stage.STOP: run.stop,
@@ -272,6 +275,14 @@ class TrajectoryGenerator:
         if self._queue:
             return Segment(self._queue[-1])
         return self._run.segment if self._run.next is None else self._run.next
+
+    @property
+    def periods_left(self) -> float:
+        """Until the goal of ``last_accepted``, if that is under way; infinite if it waits."""
+        run = self._run
+        if self._queue or run.next is not None:
+            return math.inf
+        return run.segment.move.segment_ticks - run.n
 
     @property
     def active_goals(self) -> tuple[Goal, ...]:

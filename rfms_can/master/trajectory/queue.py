@@ -100,7 +100,7 @@ def check_feed(move: Move, feed_rate: float, period_s: float) -> None:
     Raises:
         MoveError: t_acc / feed_rate over 100 s.
     """
-    time = move.acceleration_ticks * period_s
+    time = move.longest_entry * period_s
     if time > LONGEST_ACCELERATION_S * feed_rate:
         raise MoveError(
             f"move {move.sequence}: acceleration time {time:g} s at a feed rate of {feed_rate:g} "

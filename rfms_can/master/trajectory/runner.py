@@ -11,7 +11,7 @@ from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.setpoint.blend import blend_parameter, stop_parameter
 from rfms_can.setpoint.history import window_for
 from rfms_can.transform import Transform
-from rfms_can.wire.vocabulary import Blend
+from rfms_can.wire.vocabulary import Blend, Mode
 
 _Second = tuple[Transform, Joints | None]
 """T6_2, and joint angles (rad) near it."""
@@ -24,6 +24,7 @@ class SegmentRunner:
 
     Attributes:
         segment: under way.
+        resting: what follows it where no move does.
         next: settled to follow, or None. Its D(1) is fixed from then on, so that its start point
             B travels with its goal and the joints can see how fast.
         step: local time from the last tick to the one at hand, periods: the pace.
@@ -35,11 +36,14 @@ class SegmentRunner:
         watched: ticks the start of ``next`` has been sent as T6_2.
         hand_over: local time at which ``next`` is to start.
         stop_ticks: local time into a controlled stop.
+        told: ticks since the joints were told the line of a joint-mode segment at p = 1.
     """
 
     __slots__ = (
         "_acceleration_time",
+        "_begun",
         "_blend",
+        "_configuration",
         "_correction",
         "_period",
         "_watch",
@@ -49,9 +53,11 @@ class SegmentRunner:
         "n",
         "next",
         "rested",
+        "resting",
         "segment",
         "step",
         "stop_ticks",
+        "told",
         "watched",
     )
 
@@ -65,6 +71,7 @@ class SegmentRunner:
     def hold(self, segment: Segment) -> None:
         """Forget everything and rest in ``segment``."""
         self.segment = segment
+        self.resting = segment.move.to_rest()
         self.next: Segment | None = None
         self.n: float = 0
         self.clock: float = 0
@@ -72,6 +79,9 @@ class SegmentRunner:
         self.rested = self.watched = self._watch = 0
         self.hand_over: float = 0
         self.stop_ticks: float = 0
+        self.told = 0
+        self._begun: tuple[Transform, Configuration, Transform] | None = None
+        self._configuration = segment.move.configuration
         self._acceleration_time = segment.move.acceleration_ticks * self._period
 
     def watch_ticks(self, move: Move) -> int:
@@ -124,29 +134,75 @@ class SegmentRunner:
         p = past / (2 * move.acceleration_ticks)
         if segment.drive is not None:
             pose = segment.pose(moment, 1.0)
-            return self._setpoint(Stage.START, pose, left, None, p, move.start_angles)
+            return self._setpoint(Stage.START, pose, left.configuration, None, p, move.start_angles)
         pose, near = left.target.pose(at_goal), left.goal_angles if left.target.constant else None
         goal = (move.target.pose(moment), self._near_second(segment))
-        return self._setpoint(Stage.START, pose, left, goal, p, near)
+        self._begun = (pose, left.configuration, goal[0])
+        return self._setpoint(Stage.START, pose, left.configuration, goal, p, near)
 
     def bend(self, move: Move | None, hand_over: float, tick: int) -> None:
         """Enter the segment of ``move``, or the transition to rest, by a Cartesian transition."""
-        leaving = Leaving(self.segment, tick - 1, self.n, self.clock, self.step, self._period)
+        left = self._lined()
+        leaving = Leaving(left, tick - 1, self.n, self.clock, self.step, self._period)
         if move is None:
-            segment = self.segment.to_rest()
+            segment = left.to_rest()
         else:
             segment = self._towards(move, tick - 1, self.clock + hand_over - self.n)
         self._correction = leaving.into(segment, hand_over)
+        self._configuration = left.move.configuration
         self._enter(segment, self.n - hand_over)
 
+    def _lined(self) -> Segment:
+        """The segment under way; in joint mode with the line its joints run along."""
+        segment, begun = self.segment, self._begun
+        joints = segment.move.joints
+        if segment.drive is not None or segment.line is not None or segment.rests:
+            return segment
+        if joints is None or begun is None:
+            return segment
+        return segment._replace(line=joints.line(*begun, segment.move.configuration))
+
     def curve(self, tick: int) -> CartesianSetpoint:
-        """A Cartesian transition: row 4, but in space."""
+        """A Cartesian transition: row 4, but in space, and in the configuration it begins in.
+
+        A joint-mode goal that moves is told in its second half as T6_2: the joints must know how
+        it moves when they leave the segment.
+        """
         p = self._blended()
         if self.segment.rests:
             self.h = 1.0
-        segment = self.segment
-        pose = self._correction.pose(segment, self._moment(tick), 1.0 - self.h, p)
-        return self._setpoint(Stage.CURVE, pose, segment.move, None, p, None)
+        segment, moment = self.segment, self._moment(tick)
+        pose = self._correction.pose(segment, moment, 1.0 - self.h, p)
+        stage: Stage = Stage.CURVE
+        second: _Second | None = None
+        if segment.line is not None and p >= 0.5 and not segment.move.target.constant:
+            stage, second = Stage.PRE, (segment.pose(moment, 1.0), segment.first_angles)
+        setpoint = self._setpoint(stage, pose, self._configuration, second, p, None)
+        return setpoint if segment.line is None else setpoint._replace(mode=Mode.CARTESIAN)
+
+    def rejoin(self, tick: int) -> CartesianSetpoint:
+        """Row 3 at p = 1: what a joint-mode segment that is under way is measured from.
+
+        The joints have followed T6 and do not know theta_BC. START tells it, by B and the goal, and
+        p = 1 that the motion has joined the line already. That is all SETPOINT has to say: the
+        other way, T6 of the whole segment, would end where a joint-mode path passes a singularity
+        or changes its configuration.
+        """
+        self._advance()
+        segment, moment = self.segment, self._moment(tick)
+        if segment.line is None:
+            raise AssertionError("REJOIN without a joint-mode segment")
+        goal = segment.pose(moment, 1.0)
+        start, configuration = segment.line.start(None if segment.move.target.constant else goal)
+        self.told = 0
+        near = segment.first_angles
+        return self._setpoint(Stage.REJOIN, start, configuration, (goal, near), 1.0, None)
+
+    def rejoined(self, tick: int) -> CartesianSetpoint:
+        """Row 4 at p = 1, which is row 1."""
+        self._advance()
+        self.told += 1
+        return self._along(Stage.REJOINED, tick, 1.0)
 
     def blend(self, tick: int) -> CartesianSetpoint:
         """Row 4."""
@@ -166,28 +222,42 @@ class SegmentRunner:
     def stop(self, tick: int) -> CartesianSetpoint:
         """Row 1 with the h of a stop that began at the last tick of even motion."""
         self.next = None
-        move = self.segment.move
-        span = 2 * move.acceleration_ticks
+        ticks = self._stop_acceleration
+        span = 2 * ticks
         m = self.stop_ticks = min(self.stop_ticks + self.step, span)
-        self.clock = self.n + move.acceleration_ticks * stop_parameter(m / span)
-        self.h = self.clock / move.segment_ticks
+        self.clock = self.n + ticks * stop_parameter(m / span)
+        self.h = self.clock / self.segment.move.segment_ticks
         return self._along(Stage.STOP, tick, 0.0)
 
     @property
     def has_stopped(self) -> bool:
         """Whether the controlled stop is over."""
-        return self.stop_ticks >= 2 * self.segment.move.acceleration_ticks
+        return self.stop_ticks >= 2 * self._stop_acceleration
+
+    @property
+    def _stop_acceleration(self) -> float:
+        """t_acc of a controlled stop: as to rest, or to the goal if the stop began near it.
+
+        It begins no later than what follows would have taken over.
+        """
+        move = self.segment.move
+        return max(1.0, min(move.rest_ticks, move.segment_ticks - self.n))
 
     def _towards(self, move: Move, tick: int, clock: float) -> Segment:
         """The segment of ``move`` from this goal, as both are at ``tick`` and at the hand-over."""
         origin = self.segment.move.target.pose(Moment(tick, 1.0, clock * self._period))
         start = Moment(tick, 0.0, -move.acceleration_ticks * self._period)
-        return Segment.towards(move, origin, start)
+        segment = Segment.towards(move, origin, start)
+        if not move.rejoins or move.joints is None:
+            return segment
+        ends = (origin, self.segment.move.configuration, move.target.pose(start))
+        return segment._replace(line=move.joints.line(*ends, move.configuration))
 
     def _enter(self, segment: Segment, past: float) -> None:
         """``segment`` is under way, ``past`` its beginning."""
         ticks = segment.move.acceleration_ticks
         self.segment, self.next = segment, None
+        self.resting = segment.move.to_rest()
         self.n, self.h = past - ticks, 0.0
         if not segment.rests:
             self.clock = self.n
@@ -235,18 +305,17 @@ class SegmentRunner:
         """The set-point on this segment's path at h."""
         segment = self.segment
         pose = segment.pose(self._moment(tick), 1.0 - self.h)
-        return self._setpoint(stage, pose, segment.move, second, p, segment.angles)
+        return self._setpoint(stage, pose, segment.move.configuration, second, p, segment.angles)
 
     def _setpoint(
         self,
         stage: Stage,
         pose: Transform,
-        solved_as: Move,
+        configuration: Configuration,
         second: _Second | None,
         p: float,
         near: Joints | None,
     ) -> CartesianSetpoint:
-        """The set-point with ``pose`` as T6_1, in the configuration of the move ``solved_as``."""
         move = self.segment.move
         upcoming = move if self.next is None else self.next.move
         t6_2, near_2 = second or (None, None)
@@ -258,7 +327,7 @@ class SegmentRunner:
             p,
             self._acceleration_time,
             pose,
-            solved_as.configuration,
+            configuration,
             t6_2,
             upcoming.configuration,
             self.n,

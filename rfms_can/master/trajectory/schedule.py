@@ -6,7 +6,7 @@ from typing import Final
 from rfms_can.master.trajectory.pace import NO_HAND_OVER, HandOver, Pace
 from rfms_can.master.trajectory.queue import MoveQueue
 from rfms_can.master.trajectory.runner import SegmentRunner
-from rfms_can.master.trajectory.segment import Move, Transition
+from rfms_can.master.trajectory.segment import TOLD_TICKS, Move, Transition
 from rfms_can.master.trajectory.states import Event, Stage
 from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import Blend
@@ -36,7 +36,7 @@ class Schedule:
             elif stage is not Stage.PRE:
                 free = stopping or segment.rests or stage is Stage.STOP
                 ahead = NO_HAND_OVER if free else self._earliest_hand_over()
-                pace.change(run.n, segment.move.acceleration_ticks, ahead)
+                pace.change(run.n, segment.move.rest_ticks, ahead)
         run.step = pace.advance()
 
     def unsettle(self, stage: Stage) -> None:
@@ -48,9 +48,10 @@ class Schedule:
 
     def may_depart(self, transition: Transition) -> bool:
         """Whether a move with ``transition`` may leave the rest the arm is in."""
-        if not self._queue or self._queue[0].transition is not transition or self._pace.paused:
+        if not self._queue or self._pace.paused:
             return False
-        return self._until_steady(self._queue[0]) == 0.0
+        move = self._queue[0].from_rest()
+        return move.transition is transition and self._until_steady(move) == 0.0
 
     def event(self, stage: Stage, *, stopping: bool) -> Event:
         """What happens between the last cycle, in ``stage``, and the next."""
@@ -77,8 +78,20 @@ class Schedule:
             return Event.STAY
         if run.segment.rests:
             return Event.ARRIVED
+        if run.segment.line is not None:
+            return Event.REJOIN
+        return self._event_after_transition(stopping)
+
+    def _event_after_transition(self, stopping: bool) -> Event:
+        """What follows a transition that does not end at rest."""
         event = self._event_along(stopping)
         return Event.BLENDED if event is Event.STAY else event
+
+    def _event_rejoined(self, stopping: bool) -> Event:
+        """Whether the joints have been told their line for long enough."""
+        if self._run.told < TOLD_TICKS:
+            return Event.STAY
+        return self._event_after_transition(stopping)
 
     def _event_before_hand_over(self, stopping: bool) -> Event:
         """Whether the settled segment takes over."""
@@ -93,7 +106,7 @@ class Schedule:
             return Event.HALT
         run = self._run
         upcoming, hand_over = self._upcoming()
-        move = upcoming or run.segment.move
+        move = upcoming or run.resting
         if move.transition is Transition.CARTESIAN:
             return Event.BEND if run.n + run.step > hand_over else Event.STAY
         if self._pace.changes or not run.step:  # PRE keeps its pace: a ramp ends first
@@ -105,7 +118,7 @@ class Schedule:
         """Take what follows from the queue, and the local time of its hand-over; None is rest."""
         run = self._run
         if stage is Stage.IDLE or run.rested:
-            return self._queue.popleft(), run.n
+            return self._queue.popleft().from_rest(), run.n
         move, hand_over = self._upcoming()
         if move is not None:
             self._queue.popleft()
@@ -128,16 +141,16 @@ class Schedule:
                 soonest = max(soonest, start)
             if (soonest - due) * LATEST <= move.acceleration_ticks:
                 return move, max(due, soonest)
-        due = own.segment_ticks - own.acceleration_ticks
-        wait = self._until_steady(own)
+        due = own.segment_ticks - own.rest_ticks
+        wait = self._until_steady(run.resting)
         return None, max(due, run.n + wait) if wait else due
 
     def _until_steady(self, move: Move) -> float:
         own = self._run.segment.move
-        return self._pace.until_steady(own.acceleration_ticks, self._hand_over(move))
+        return self._pace.until_steady(own.rest_ticks, self._hand_over(move))
 
     def _hand_over(self, move: Move) -> HandOver:
-        """Of the hand-over to ``move``, or to rest where it is the one under way."""
+        """Of the hand-over to ``move``, which may be the transition to rest."""
         segment = self._run.segment
         own = segment.move
         still = segment.drive is None and own.target.constant and move.target.constant
@@ -147,7 +160,7 @@ class Schedule:
 
     def _earliest_hand_over(self) -> HandOver:
         """To rest or to the next move, whichever asks for more."""
-        rest = self._hand_over(self._run.segment.move)
+        rest = self._hand_over(self._run.resting)
         if not self._queue:
             return rest
         following = self._hand_over(self._queue[0])
@@ -165,6 +178,8 @@ _EVENTS: Final[dict[Stage, Callable[[Schedule, bool], Event]]] = complete(
         Stage.START: Schedule._event_never,
         Stage.BLEND: Schedule._event_in_transition,
         Stage.CURVE: Schedule._event_in_transition,
+        Stage.REJOIN: Schedule._event_never,
+        Stage.REJOINED: Schedule._event_rejoined,
         Stage.LINEAR: Schedule._event_along,
         Stage.PRE: Schedule._event_before_hand_over,
         Stage.STOP: Schedule._event_never,

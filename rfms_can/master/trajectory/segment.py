@@ -1,11 +1,12 @@
 """Moves as they are requested, and the segments the arm then runs."""
 
 from enum import Enum, auto
-from typing import NamedTuple, Self
+from typing import Final, NamedTuple, Self
 
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration, Joints
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
+from rfms_can.master.trajectory.joint_line import JointLine, PlannedJoints
 from rfms_can.transform import DriveTransform, Transform
 from rfms_can.wire.vocabulary import Mode
 
@@ -16,7 +17,16 @@ class Transition(Enum):
     JOINT = auto()
     """Each joint blends on its own (3.18): cheap, and off the path in space."""
     CARTESIAN = auto()
-    """T6 blends (:mod:`rfms_can.master.trajectory.correction`), and comes to rest on the line."""
+    """T6 blends (:mod:`rfms_can.master.trajectory.correction`), and comes to rest on the line.
+
+    Into a joint-mode segment from rest, and from one to rest, the joints blend: that is its line.
+    """
+
+
+TOLD_TICKS: Final = 3
+"""Cycles in which the joints are told p = 1 after they are told a joint-mode segment that a
+Cartesian transition has led into. Should START be lost, they stop for want of a set-point before
+one comes that they would misread."""
 
 
 class Move(NamedTuple):
@@ -35,6 +45,10 @@ class Move(NamedTuple):
             the path moves by itself.
         goal_angles: at its goal, rad; of a goal that moves by itself where a move in joint mode
             begins, else None. Both tell turns, and theta4 of a straight wrist.
+        rest_acceleration_ticks: t_acc of the transition to rest, if another than
+            ``acceleration_ticks``: that of a corner follows from the deviation allowed there.
+        joints: what was planned of a joint-mode move; a Cartesian transition from or into it needs
+            to know.
     """
 
     sequence: int
@@ -47,6 +61,61 @@ class Move(NamedTuple):
     last: bool = True
     start_angles: Joints | None = None
     goal_angles: Joints | None = None
+    rest_acceleration_ticks: int | None = None
+    joints: PlannedJoints | None = None
+
+    @property
+    def rest_ticks(self) -> int:
+        """t_acc of a transition to rest at the goal, and of a stop or a pause on the way there."""
+        ticks = self.rest_acceleration_ticks
+        return self.acceleration_ticks if ticks is None else ticks
+
+    @property
+    def longest_entry(self) -> int:
+        """t_acc it may be entered with: should it depart from rest after all, ``rest_ticks``."""
+        return max(self.acceleration_ticks, self.rest_ticks)
+
+    @property
+    def told_ticks(self) -> int:
+        """Time the joints are told its line in, after a Cartesian transition into joint mode."""
+        return TOLD_TICKS + 1 if self.rejoins else 0
+
+    @property
+    def least_ticks(self) -> int:
+        """Least segment time that has room for its transitions, in and to rest, periods."""
+        return self.segment_ticks - self.room + self.rest_ticks
+
+    @property
+    def room(self) -> int:
+        """Longest t_acc the move that follows may have, periods."""
+        entry = max(self.acceleration_ticks + self.told_ticks, self.rest_ticks)
+        return self.segment_ticks - entry - 2
+
+    @property
+    def rejoins(self) -> bool:
+        """Whether a Cartesian transition leads into joint mode."""
+        return self.mode is Mode.JOINT and self.transition is Transition.CARTESIAN
+
+    def from_rest(self) -> Self:
+        """As it departs from rest, where no position is passed."""
+        transition = Transition.JOINT if self.mode is Mode.JOINT else self.transition
+        return self._replace(acceleration_ticks=self.rest_ticks, transition=transition)
+
+    def to_rest(self) -> Self:
+        """The transition to rest at its goal, as a move: t_seg = t_acc.
+
+        There is nothing left to drive through: in joint mode, or in a Cartesian transition if a
+        Cartesian segment began with one.
+        """
+        ticks = self.rest_ticks
+        joint = self.mode is Mode.JOINT or self.transition is Transition.JOINT
+        return self._replace(
+            mode=Mode.JOINT if joint else Mode.CARTESIAN,
+            transition=Transition.JOINT if joint else Transition.CARTESIAN,
+            segment_ticks=ticks,
+            acceleration_ticks=ticks,
+            rest_acceleration_ticks=None,
+        )
 
 
 class Segment(NamedTuple):
@@ -56,11 +125,13 @@ class Segment(NamedTuple):
         move: as requested.
         drive: D, in Cartesian mode.
         rests: whether this is the transition that ends at its own goal, t_seg = t_acc.
+        line: in joint mode, where it matters: from and into Cartesian transitions.
     """
 
     move: Move
     drive: DriveTransform | None = None
     rests: bool = False
+    line: JointLine | None = None
 
     @classmethod
     def towards(cls, move: Move, origin: Transform, moment: Moment) -> Self:
@@ -79,16 +150,8 @@ class Segment(NamedTuple):
         return cls(move, rests=True)
 
     def to_rest(self) -> Self:
-        """The transition to rest at this segment's goal: to the same target, t_seg = t_acc.
-
-        There is nothing left to drive through: in joint mode, or in a Cartesian transition if the
-        segment began with one.
-        """
-        ticks = self.move.acceleration_ticks
-        move = self.move._replace(segment_ticks=ticks)
-        if move.transition is Transition.JOINT:
-            move = move._replace(mode=Mode.JOINT)
-        return self._replace(move=move, drive=None, rests=True)
+        """The transition to rest at this segment's goal: to the same target, t_seg = t_acc."""
+        return self._replace(move=self.move.to_rest(), drive=None, rests=True, line=None)
 
     @property
     def angles(self) -> Joints | None:
@@ -107,6 +170,28 @@ class Segment(NamedTuple):
         if self.drive is None:
             return goal.pose(moment)
         return goal.left(moment) @ self.drive.at(r) @ goal.right(moment)
+
+    def hand(self, moment: Moment, r: float) -> Transform:
+        """T6 itself: in joint mode that of the joints' angles, by direct kinematics.
+
+        Raises:
+            KinematicsError: the goal of a joint-mode segment has no solution.
+        """
+        if self.line is None:
+            return self.pose(moment, r)
+        goal = self.move.target
+        return self.line.pose(None if goal.constant else goal.pose(moment), r)
+
+    def driven(self, moment: Moment, r: float) -> Transform:
+        """T6 in the frame of the goal's drive: L^-1 T6 R^-1, which is D(r) in Cartesian mode.
+
+        Raises:
+            KinematicsError: as of ``hand``.
+        """
+        if self.line is None:
+            return Transform.identity() if self.drive is None else self.drive.at(r)
+        goal = self.move.target
+        return goal.left(moment).inverse() @ self.hand(moment, r) @ goal.right(moment).inverse()
 
 
 def whole_ticks(duration_s: float, period_s: float) -> int:

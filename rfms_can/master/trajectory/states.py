@@ -21,6 +21,10 @@ class Stage(Enum):
     """In a transition (STATE4, row 4)."""
     CURVE = auto()
     """In a Cartesian transition: T6 itself blends."""
+    REJOIN = auto()
+    """The cycle after a Cartesian transition into joint mode: the joints are told its line."""
+    REJOINED = auto()
+    """The cycles after that: p stays 1 until a lost frame would have been noticed."""
     LINEAR = auto()
     """Constant rate along the segment (STATE1, row 1)."""
     PRE = auto()
@@ -46,6 +50,8 @@ class Event(Enum):
     """This tick is -t_acc of the next segment."""
     BEND = auto()
     """This tick is the first past -t_acc of a segment with a Cartesian transition."""
+    REJOIN = auto()
+    """A Cartesian transition into joint mode is over."""
     BLENDED = auto()
     """The transition is over."""
     ARRIVED = auto()
@@ -90,12 +96,25 @@ TRANSITIONS: Final[dict[Stage, dict[Event, Stage]]] = complete(
             Event.DISABLE: Stage.OFF,
             Event.BRAKE: Stage.BRAKE,
             Event.STAY: Stage.CURVE,
+            Event.REJOIN: Stage.REJOIN,
             Event.BLENDED: Stage.LINEAR,
             Event.PREPARE: Stage.PRE,
             Event.BEND: Stage.CURVE,
             Event.ARRIVED: Stage.IDLE,
             Event.HALT: Stage.STOP,
             Event.ENABLE: Stage.IDLE,
+        },
+        Stage.REJOIN: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.REJOINED,
+        },
+        Stage.REJOINED: {
+            Event.DISABLE: Stage.OFF,
+            Event.STAY: Stage.REJOINED,
+            Event.BLENDED: Stage.LINEAR,
+            Event.PREPARE: Stage.PRE,
+            Event.BEND: Stage.CURVE,
+            Event.HALT: Stage.STOP,
         },
         Stage.LINEAR: {
             Event.DISABLE: Stage.OFF,
@@ -133,6 +152,8 @@ ON_THE_WIRE: Final = complete(
         Stage.START: TrajectoryState.START,
         Stage.BLEND: TrajectoryState.BLEND,
         Stage.CURVE: TrajectoryState.LINEAR,
+        Stage.REJOIN: TrajectoryState.START,
+        Stage.REJOINED: TrajectoryState.BLEND,
         Stage.LINEAR: TrajectoryState.LINEAR,
         Stage.PRE: TrajectoryState.PRE,
         Stage.STOP: TrajectoryState.LINEAR,
@@ -141,7 +162,8 @@ ON_THE_WIRE: Final = complete(
     [stage for stage in Stage if stage is not Stage.OFF],
 )
 """What the joints are told: to them a stop is a segment whose r changes ever more slowly, and a
-Cartesian transition a segment that is not straight."""
+Cartesian transition a segment that is not straight. It is PRE where it looks at a joint-mode goal
+that moves, and the segment it leads into begins, in joint mode, with a START at p = 1."""
 
 
 def following(stage: Stage, event: Event) -> Stage:

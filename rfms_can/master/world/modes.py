@@ -10,7 +10,7 @@ from rfms_can.kinematics import Configuration
 from rfms_can.master.force.guards import DISTANCES
 from rfms_can.master.force.specification import NO_GUARD, Guard
 from rfms_can.master.trajectory.segment import Transition
-from rfms_can.messages import ModeMessage, Vector3, Vector6
+from rfms_can.messages import FARTHEST_CORNER, ModeMessage, Vector3, Vector6
 from rfms_can.wire.vocabulary import Mode
 
 FARTHEST_CENTRE: Final = 2.0
@@ -58,6 +58,8 @@ class MotionMode:
         guard: what stops the move.
         mass: of what the hand holds, kg, or None: what it held before.
         mass_centre: its centre of mass in T6, m, or None: the origin of the tool's frame.
+        deviation: largest distance of the tool from the position it passes on entering the segment,
+            m, or None: that of the acceleration time.
     """
 
     name: str
@@ -76,6 +78,7 @@ class MotionMode:
     guard: Guard = NO_GUARD
     mass: float | None = None
     mass_centre: Vector3 | None = None
+    deviation: float | None = None
 
     @classmethod
     def from_message(cls, message: ModeMessage) -> "MotionMode":
@@ -107,6 +110,7 @@ class MotionMode:
             _guard(message),
             message.mass,
             message.mass_centre,
+            message.deviation,
         )
 
 
@@ -119,7 +123,7 @@ def _angular_speed(message: ModeMessage) -> float | None:
 
 
 def _check(message: ModeMessage) -> None:
-    """Times or speeds, and a transition that goes with the interpolation."""
+    """Times or speeds, and a deviation that a transition can have."""
     name = f"mode {message.name!r}"
     speeds = {
         "speed": message.speed,
@@ -148,10 +152,10 @@ def _check(message: ModeMessage) -> None:
             f"{name}: a segment time of {message.segment_time:g} s and {' and '.join(given)} "
             f"contradict one another; give the time, or speeds"
         )
-    if message.transition == "cartesian" and message.interpolation != "cartesian":
+    if message.deviation is not None and not 0.0 < message.deviation <= FARTHEST_CORNER:  # or NaN
         raise ModeError(
-            f"{name}: a cartesian transition leads into straight lines in space; give "
-            f"interpolation 'cartesian', or transition 'joint'"
+            f"{name}: deviation {message.deviation} m must be more than 0 and at most "
+            f"{FARTHEST_CORNER:g} m; to pass through the position itself, wait for the move to it"
         )
 
 

@@ -2,8 +2,9 @@
 
 ``planner.py`` decides; ``times.py`` says how long a segment is to take, ``base_path.py`` and
 ``curve.py`` where the joints are along it, ``preview.py`` what they will do, ``limits.py`` whether
-they may, ``search.py`` what would do instead, ``large_rotation.py`` splits large rotations, and
-``via_deviation.py`` tells how far a transition stays from the position it cuts.
+they may, ``search.py`` what would do instead, ``large_rotation.py`` splits large rotations,
+``via_deviation.py`` tells how far a transition stays from the position it cuts, ``corner.py`` keeps
+that within a bound, and ``cartesian_entry.py`` joins blends in space to lines in joint angles.
 """
 
 from rfms_can.master.trajectory.planning.large_rotation import PartGoal

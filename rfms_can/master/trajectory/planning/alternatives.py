@@ -16,8 +16,8 @@ class ChangedMode:
     Attributes:
         mode, acceleration_time, transition: as changed; in joint mode the transition is one of the
             joints.
-        segment_time, speed, angular_speed, joint_speed, lengthen, lengthen_at_most, configuration:
-            of the other.
+        segment_time, speed, angular_speed, joint_speed, lengthen, lengthen_at_most, deviation,
+            configuration: of the other.
     """
 
     def __init__(
@@ -37,6 +37,7 @@ class ChangedMode:
         self.joint_speed: Final = other.joint_speed
         self.lengthen: Final = other.lengthen
         self.lengthen_at_most: Final = other.lengthen_at_most
+        self.deviation: Final = other.deviation
         self.configuration: Final[Configuration | None] = other.configuration
 
 

@@ -80,6 +80,7 @@ class Base:
         self.start: Final = start
         move, tau = segment.move, frame.period_s
         beginning, end = -move.acceleration_ticks * tau, move.segment_ticks * tau
+        rest = move.rest_ticks * tau
         self._theta_BC: Floats | None = None
         self._entry: Curve | None = None
         self._rest: Curve | None = None
@@ -92,7 +93,7 @@ class Base:
             self._look_ahead(beginning)
             self._entry = Curve(self._blending, (beginning, -beginning), start)
             self._path = Curve(self._even, (-beginning, end), self._entry.last)
-            self._rest = Curve(self._at_goal, (end + beginning, end - beginning), self._path.last)
+            self._rest = Curve(self._at_goal, (end - rest, end + rest), self._path.last)
         elif move.mode is Mode.CARTESIAN and path is None:
             self._path = Curve(self._along, (0.0, 1.0), start)
         self._refuse_leaps()
@@ -112,6 +113,14 @@ class Base:
         )
         path = self._path if move.target.constant else None
         return type(self)(self._frame, self.segment._replace(move=move), self.start, path)
+
+    def from_rest(self) -> Self:
+        """The same as it departs from rest."""
+        move = self.segment.move
+        rested = move.from_rest()
+        if rested.acceleration_ticks == move.acceleration_ticks:
+            return self
+        return self.with_time(move.segment_ticks, rested.acceleration_ticks)
 
     @property
     def begins(self) -> Joints:
@@ -166,6 +175,11 @@ class Base:
     def acceleration_time(self) -> float:
         """t_acc, s."""
         return self.segment.move.acceleration_ticks * self._frame.period_s
+
+    @property
+    def rest_time(self) -> float:
+        """t_acc of the transition to rest, s."""
+        return self.segment.move.rest_ticks * self._frame.period_s
 
     @property
     def segment_time(self) -> float:

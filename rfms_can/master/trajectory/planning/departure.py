@@ -9,6 +9,8 @@ from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.base_path import Frame, remaining
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.segment import Segment
+from rfms_can.setpoint.blend import segment_derivatives
+from rfms_can.setpoint.history import SHORTEST, SampleHistory, window_for
 from rfms_can.wire.vocabulary import Mode
 
 PERIODS: Final = 6
@@ -53,3 +55,40 @@ def departure_at(frame: Frame, departed: DepartedSegment, ticks: int) -> Floats:
     if move.mode is Mode.JOINT:
         derivatives = derivatives + (remaining(h) * np.array(theta_BC))[:, 0]
     return np.asarray(derivatives)
+
+
+def estimated_departure(
+    frame: Frame, departed: DepartedSegment, ticks: int, acceleration_ticks: int
+) -> Floats:
+    """The same as the joints take it: a fit to the last samples of the base; shape (4, 6).
+
+    Where a joint runs unevenly, or t_acc is long, the fit is not the path: a jerk that is off
+    counts with the third power of t_acc. With a straight part too short for ten samples these reach
+    back into the transition before.
+
+    Args:
+        frame, departed, ticks: as of ``departure_at``.
+        acceleration_ticks: t_acc of the transition, which decides how many samples are fitted.
+    """
+    segment, theta_BC, goal = departed
+    move, tau = segment.move, frame.period_s
+    if segment.rests or (move.mode is Mode.JOINT and move.target.constant):
+        return departure_at(frame, departed, ticks)
+    window = window_for(acceleration_ticks)
+    window = min(window, max(ticks - move.acceleration_ticks, SHORTEST))
+    window = min(window, ticks + move.acceleration_ticks)
+    samples = [goal]  # from the newest back, on the turns of the goal
+    for n in range(ticks - 1, ticks - 1 - window, -1):
+        h = segment_derivatives(n, move.acceleration_ticks, move.segment_ticks)[0]
+        pose = segment.pose(Moment(frame.tick, h, n * tau), 1.0 - h)
+        samples.append(frame.kinematics.solve(pose, move.configuration, samples[-1]))
+    histories = [SampleHistory() for _ in goal]
+    for sample in samples[:0:-1]:
+        for history, angle in zip(histories, sample, strict=True):
+            history.push(angle)
+    derivatives = np.array([history.one_ahead(tau, window) for history in histories])
+    if move.mode is Mode.JOINT:
+        seconds, t_seg = ticks * tau, move.segment_ticks * tau
+        h_there = np.array([[seconds / t_seg], [1.0 / t_seg], [0.0], [0.0]])
+        return np.asarray(derivatives.T + (remaining(h_there) * np.array(theta_BC))[:, 0])
+    return np.asarray(derivatives.T)

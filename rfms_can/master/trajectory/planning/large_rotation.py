@@ -66,7 +66,7 @@ class PartGoal:
 def in_parts(move: Move, drive: DriveTransform, period_s: float) -> tuple[Move, Move]:
     """``move``, whose path from where it starts is ``drive``, in two parts of equal rate.
 
-    Its segment time must hold each part's transitions: 4 t_acc + 4 tau.
+    Its segment time must hold each part's transitions: 4 t_acc + 4 tau, or what a corner's needs.
     """
     first = move.segment_ticks // 2
     share = first / move.segment_ticks
@@ -78,6 +78,7 @@ def in_parts(move: Move, drive: DriveTransform, period_s: float) -> tuple[Move, 
         move._replace(
             target=rest,
             segment_ticks=move.segment_ticks - first,
+            acceleration_ticks=move.rest_ticks,
             transition=Transition.CARTESIAN,
             start_angles=None,
         ),

@@ -12,11 +12,12 @@ from rfms_can.master.trajectory.admission import (
     check_configuration,
     check_succession,
     check_times,
-    check_transition,
 )
 from rfms_can.master.trajectory.goal import Goal, Moment
+from rfms_can.master.trajectory.joint_line import JointLine, PlannedJoints
 from rfms_can.master.trajectory.planning.alternatives import alternatives
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
+from rfms_can.master.trajectory.planning.corner import Corner, longest, via_deviation
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
@@ -29,7 +30,6 @@ from rfms_can.master.trajectory.planning.times import (
     least_ticks,
     segment_ticks,
 )
-from rfms_can.master.trajectory.planning.via_deviation import deviation
 from rfms_can.master.trajectory.segment import Move, Segment, Transition, whole_ticks
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
@@ -140,6 +140,7 @@ class MovePlanner:
         mode: PlannedMode,
         sequence: int,
         tick: int,
+        left: float = math.inf,
     ) -> Plan:
         """What a request to move becomes.
 
@@ -148,13 +149,15 @@ class MovePlanner:
             position, mode: where to, and how.
             sequence: its number.
             tick: of the trajectory generator, at which goals that move are looked at.
+            left: periods until the goal of ``before``, if it is under way: a corner that is free to
+                choose its acceleration time chooses one it is not too late for.
 
         Raises:
             MoveError: a rule or a limit is broken; the message has the time that would do.
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
         try:
-            return self._made(*self._attempt(before, position, mode, sequence, tick))
+            return self._made(*self._attempt(before, position, mode, sequence, tick, left))
         except (MoveError, KinematicsError) as error:
             others = alternatives(
                 before,
@@ -171,6 +174,7 @@ class MovePlanner:
         mode: PlannedMode,
         sequence: int,
         tick: int,
+        left: float = math.inf,
     ) -> tuple[Trial, Outcome]:
         """``plan``, without remembering anything of it."""
         frame = Frame(self._kinematics, tick, self._period)
@@ -181,18 +185,24 @@ class MovePlanner:
         move = Move(
             *(sequence, goal, mode.mode, least_ticks(acceleration), acceleration),
             *(configuration, mode.transition),
+            rest_acceleration_ticks=None if mode.deviation is None else acceleration,
         )
+        if before.rests:
+            move = move.from_rest()
         check_configuration(before.move, move)
-        check_transition(before, move)
         drive = _from_goal_to_goal(before, move, frame)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
         base = self._timed(frame, departed, move, drive, parts, mode)
         if mode.transition is Transition.CARTESIAN and before.rests:
             _check_theta4(base, sequence)
+        ends = move.to_rest().transition if parts == 1 else Transition.CARTESIAN
+        trial = Trial(self.arm, frame, departed, base, ends, parts)
+        if mode.deviation is not None and not before.rests:
+            corner = Corner(trial, mode.deviation, longest(before.move, move, left))
+            at_most = mode.lengthen_at_most if mode.lengthen else 1.0
+            return trial, corner.outcome(at_most)
         if not before.rests:
             check_succession(before.move, base.segment.move, self._period)
-        ends = mode.transition if parts == 1 else Transition.CARTESIAN
-        trial = Trial(self.arm, frame, departed, base, ends, parts)
         outcome = trial.run(trial.times)
         if outcome.excess is not None:
             lengthen, at_most = mode.lengthen, mode.lengthen_at_most
@@ -211,6 +221,9 @@ class MovePlanner:
             goal = frame.kinematics.solve(pose, move.configuration, goal)
         if move.mode is Mode.CARTESIAN and before.drive is None and not before.rests:
             before = before._replace(drive=planned.drive)
+        if move.mode is Mode.JOINT and not before.rests:
+            line = JointLine(self._kinematics, planned.theta_BC, goal, move.configuration)
+            before = before._replace(line=line)
         return DepartedSegment(before, planned.theta_BC, goal)
 
     def _timed(
@@ -224,16 +237,23 @@ class MovePlanner:
     ) -> Base:
         """The segment of ``move`` with the time its mode gives it or asks for."""
         limits, tau = self.arm.speed_limits, self._period
-        least = parts * least_ticks(move.acceleration_ticks)
+        free = mode.deviation is not None  # to choose the t_acc of its entry, however short
+        least = parts * (move._replace(acceleration_ticks=1) if free else move).least_ticks
         ticks = segment_ticks(mode, drive, _ZERO, limits, tau)
         if ticks < least and mode.segment_time is not None and not mode.lengthen:
             move = move._replace(segment_ticks=ticks)
-            check_times(move, tau)
-            raise MoveError(
+            enough = {"segment_time": least * tau}
+            try:
+                check_times(move, tau)
+            except MoveError as error:
+                error.remedy = enough
+                raise
+            raise refused(
                 f"move {move.sequence}: segment time {ticks * tau:.6g} s is under four times the "
                 f"acceleration time plus four periods, {least * tau:.6g} s: a rotation of "
                 f"{drive.psi:.4g} rad is moved in two parts; lengthen the segment or shorten the "
-                f"acceleration time ({move.acceleration_ticks * tau:.6g} s)"
+                f"acceleration time ({move.acceleration_ticks * tau:.6g} s)",
+                enough,
             )
         if mode.segment_time is not None and least > mode.lengthen_at_most * ticks:
             raise refused(
@@ -256,6 +276,8 @@ class MovePlanner:
         """The plan, and what the next one needs to know of it."""
         base, departed = outcome.base, trial.departed
         move, drive, tau = base.segment.move, base.segment.drive, self._period
+        if move.mode is Mode.JOINT:
+            move = move._replace(joints=PlannedJoints(self._kinematics, base.start, base.goal))
         moves: tuple[Move, ...] = (move,)
         if drive is not None and trial.parts > 1:
             moves = in_parts(move, drive, tau)
@@ -263,10 +285,7 @@ class MovePlanner:
             drive = _from_goal_to_goal(last, moves[1], trial.frame)
         off = None
         if not departed.segment.rests:
-            at_goal, goal = trial.frame.at_goal(departed.segment), departed.segment.move.target
-            off = deviation(
-                self.arm, outcome.preview.entry.motion[0], goal.left(at_goal), goal.right(at_goal)
-            )
+            off = via_deviation(trial, outcome.preview.entry.motion[0])
         self._remember(move.sequence, _Planned(drive, base.theta_BC, base.goal))
         speeds, accelerations = (_joints(values) for values in peaks(outcome.preview[:3]))
         return Plan(

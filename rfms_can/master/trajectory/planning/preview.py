@@ -13,9 +13,15 @@ from rfms_can.kinematics import Joints
 from rfms_can.master.trajectory.correction import Leaving
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.base_path import Base, Frame, blend_derivatives
+from rfms_can.master.trajectory.planning.cartesian_entry import (
+    check_ends,
+    departing_angles,
+    lined,
+)
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
-from rfms_can.master.trajectory.planning.departure import DepartedSegment, departure_at
+from rfms_can.master.trajectory.planning.departure import DepartedSegment, estimated_departure
 from rfms_can.master.trajectory.segment import Transition
+from rfms_can.setpoint.blend import blend_parameter
 from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
 
 TRANSITION: Final = 32
@@ -68,69 +74,79 @@ def preview(frame: Frame, departed: DepartedSegment, base: Base, ends: Transitio
     if not before.rests:
         where = f"in the transition from move {before.move.sequence}"
         rested = departed._replace(segment=before.to_rest())
-        departure = Phase("on departure from rest", False, _entry(frame, rested, base))
+        departing = entry_motion(frame, rested, base.from_rest())
+        departure = Phase("on departure from rest", False, departing)
     return Preview(
-        Phase(where, False, _entry(frame, departed, base)),
+        Phase(where, False, entry_motion(frame, departed, base)),
         Phase("on its way", True, _course(base)),
         Phase("coming to rest", False, _to_rest(frame, base, ends)),
         departure,
     )
 
 
-def _entry(frame: Frame, departed: DepartedSegment, base: Base) -> Floats:
+def entry_motion(frame: Frame, departed: DepartedSegment, base: Base) -> Floats:
+    """Angles, rates, accelerations in the transition from ``departed``; shape (3, n, 6).
+
+    Raises:
+        KinematicsError: a pose of a Cartesian transition has no solution.
+    """
     move = base.segment.move
     t_acc = base.acceleration_time
     before = departed.segment
     still = before.rests and before.move.target.constant and move.target.constant
-    if move.transition is Transition.CARTESIAN and not still:
+    transition = move.from_rest().transition if before.rests else move.transition
+    if transition is Transition.CARTESIAN and not still:
         hand_over = 0 if before.rests else before.move.segment_ticks - move.acceleration_ticks
         clock = before.move.segment_ticks if before.rests else hand_over
         leaving = Leaving(before, frame.tick, hand_over, clock, 1.0, frame.period_s)
-        return _curved(frame, leaving, hand_over, base, departed.goal)
+        begins_near = departing_angles(frame, departed, hand_over)
+        motion = _curved(frame, leaving, hand_over, base, begins_near)
+        check_ends(frame, departed, base, motion[0])
+        return motion
     motion = base.derivatives(t_acc * (2.0 * P - 1.0))
     hand_over = before.move.segment_ticks - move.acceleration_ticks
-    difference = departure_at(frame, departed, hand_over) - motion[:, 0]
+    ticks = move.acceleration_ticks
+    difference = estimated_departure(frame, departed, hand_over, ticks) - motion[:, 0]
     return motion[:3] + _matching(difference, move.acceleration_ticks, t_acc)
 
 
 def _course(base: Base) -> Floats:
     t_acc, t_seg = base.acceleration_time, base.segment_time
-    times = np.linspace(t_acc, t_seg - t_acc, max(COURSE, 2 * base.degree) + 1)
+    times = np.linspace(t_acc, t_seg - base.rest_time, max(COURSE, 2 * base.degree) + 1)
     times[0] += 1e-9 * t_acc  # past the transition
     return base.derivatives(times)[:3]
 
 
 def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
     move = base.segment.move
-    t_acc, t_seg = base.acceleration_time, base.segment_time
+    t_acc, t_seg = base.rest_time, base.segment_time
     if ends is Transition.CARTESIAN:
         if move.target.constant:
             backwards = -blend_derivatives(1.0 - P, t_acc) * (t_acc / t_seg)
             backwards[0] += 1.0
             backwards[1::2] *= -1.0
             return base.along(backwards)[:3]
-        hand_over = move.segment_ticks - move.acceleration_ticks
+        hand_over = move.segment_ticks - move.rest_ticks
         leaving = Leaving(base.segment, frame.tick, hand_over, hand_over, 1.0, frame.period_s)
         return _curved(frame, leaving, hand_over, base, base.goal)
     at_end = base.derivatives(np.array([t_seg - t_acc]))[:, 0]
     motion = base.at_rest(t_seg + t_acc * (2.0 * P - 1.0))
-    return motion[:3] + _matching(at_end - motion[:, 0], move.acceleration_ticks, t_acc)
+    return motion[:3] + _matching(at_end - motion[:, 0], move.rest_ticks, t_acc)
 
 
 def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous: Joints) -> Floats:
     """A Cartesian transition, from ``leaving`` into ``base`` or, being of it, to rest."""
-    segment = base.segment
-    ends = leaving.segment is segment
-    if ends:
-        segment = segment.to_rest()
+    ends = leaving.segment is base.segment
+    segment = base.segment.to_rest() if ends else lined(frame, base)
     correction = leaving.into(segment, hand_over)
-    solve, configuration = frame.kinematics.solve, segment.move.configuration
-    t_acc = base.acceleration_time
+    solve, configuration = frame.kinematics.solve, leaving.segment.move.configuration
+    t_acc = segment.move.acceleration_ticks * frame.period_s
+    rise = base.acceleration_time / base.segment_time
     middle = leaving.clock * frame.period_s + t_acc if ends else 0.0
 
     def angles(p: float, previous: Joints) -> Joints:
         t = t_acc * (2.0 * p - 1.0)
-        h = 1.0 if ends else float(base.parameter(np.array([t]))[0, 0])
+        h = 1.0 if ends else blend_parameter(p) * rise
         moment = Moment(frame.tick, h, middle + t)
         return solve(correction.pose(segment, moment, 1.0 - h, p), configuration, previous)
 

@@ -74,16 +74,14 @@ def mended(trial: Trial, excess: Excess, *, lengthen: bool, at_most: float) -> O
     if slowed is not None:
         return _slowed(what, segment_time, slowed, lengthen=lengthen, at_most=at_most)
     before = trial.departed.segment
-    room = before.move.segment_ticks - before.move.acceleration_ticks - 2
-    longest_acceleration = longest if before.rests else room
-    eased = trial.eased(excess, longest, longest_acceleration)
+    eased = trial.eased(excess, longest, longest if before.rests else before.move.room)
     if eased is None:
         raise MoveError(f"{what}, and no segment time helps")
     eased = _gentlest(trial, eased)
-    change = {"acceleration_time": _told(eased.base.acceleration_time)}
+    change = {"acceleration_time": told(eased.base.acceleration_time)}
     along = ""
     if eased.base.segment_time > segment_time:
-        change["segment_time"] = _told(eased.base.segment_time)
+        change["segment_time"] = told(eased.base.segment_time)
         along = f", with a segment of {eased.base.segment_time:.{DIGITS}g} s"
     words = (
         f"{what}, and no segment time helps: accelerate in "
@@ -135,9 +133,9 @@ def _slowed(
             f"{what}: give the segment at least {needed:.{DIGITS}g} s instead of "
             f"{segment_time:.{DIGITS}g} s"
         )
-        raise refused(words, {"segment_time": _told(needed)})
+        raise refused(words, {"segment_time": told(needed)})
     if needed > at_most * segment_time:
-        factor = math.ceil(10.0 * needed / segment_time) / 10.0
+        factor = factor_for(needed, segment_time)
         words = (
             f"{what}: it would take {needed:.{DIGITS}g} s instead of {segment_time:.{DIGITS}g} s, "
             f"and the mode lengthens {at_most:g} times at most: ask for that time, or "
@@ -165,6 +163,11 @@ def _gentlest(trial: Trial, eased: Outcome) -> Outcome:
     return eased
 
 
-def _told(seconds: float) -> float:
+def factor_for(needed: float, given: float) -> float:
+    """What ``lengthen_at_most`` must be, for a time needed instead of the one given, s."""
+    return math.ceil(10.0 * needed / given) / 10.0
+
+
+def told(seconds: float) -> float:
     """A time as a message has it."""
     return float(f"{seconds:.{DIGITS}g}")

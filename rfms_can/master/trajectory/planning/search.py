@@ -14,7 +14,6 @@ from rfms_can.master.trajectory.planning.limits import (
 )
 from rfms_can.master.trajectory.planning.preview import Preview, preview
 from rfms_can.master.trajectory.planning.speed_jump import speed_jump
-from rfms_can.master.trajectory.planning.times import least_ticks
 from rfms_can.master.trajectory.segment import Transition
 
 TRIES: Final = 12
@@ -66,7 +65,8 @@ class Trial(NamedTuple):
 
     def least(self, acceleration: int) -> int:
         """Least segment time in which each part can hold its transitions, periods."""
-        return self.parts * least_ticks(acceleration)
+        move = self.base.segment.move
+        return self.parts * move._replace(acceleration_ticks=acceleration).least_ticks
 
     def run(self, times: Times) -> Outcome:
         """Look what the joints would do.

@@ -33,7 +33,7 @@ def speed_jump(base: Base, frame: Frame) -> str | None:
     if target.constant:
         return None
     first = -base.segment.move.acceleration_ticks - 2
-    last = base.segment.move.segment_ticks - first
+    last = base.segment.move.segment_ticks + base.segment.move.rest_ticks + 2
     times: Floats = np.arange(first, last + 1, dtype=np.float64) * tau
     h = np.clip(base.parameter(times)[0], 0.0, 1.0)
     poses: list[Transform] = [

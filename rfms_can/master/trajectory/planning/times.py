@@ -57,6 +57,10 @@ class PlannedMode(Protocol):
         """How the segment is entered."""
 
     @property
+    def deviation(self) -> float | None:
+        """Largest distance of the tool from the position it passes, m; by t_acc, if None."""
+
+    @property
     def configuration(self) -> Configuration | None:
         """Instead of the position's."""
 

@@ -5,6 +5,7 @@ same t_acc, the tool is there at p = 1/2 by 5/32 t_acc (v2 - v1): h t_seg of (3.
 5/32 t_acc then, and what remains of the old motion the same, by the symmetry of (3.15) and (3.18).
 """
 
+import math
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
@@ -19,6 +20,12 @@ LEVER: Final = 1e-5
 
 _EVERY: Final = 2
 _NODES: Final = 8
+_INVERSE_PRODUCTS: Final = [
+    (-1.0) ** (_NODES - 1 - k) / (math.factorial(k) * math.factorial(_NODES - 1 - k))
+    for k in range(_NODES)
+]
+_REFINED: Final = (2.0, 0.5, 0.1)
+"""Steps, in samples, of the parabolas the nearest point is looked for with."""
 
 
 class Deviation(NamedTuple):
@@ -38,32 +45,39 @@ def deviation(arm: Geometry, angles: Floats, left: Transform, right: Transform) 
     """
     out, back = left.inverse(), right.inverse()
 
-    def off(q: Sequence[float]) -> DriveTransform:
+    def off(q: Sequence[float]) -> Transform:
         q1, q2, q3, q4, q5, q6 = q
-        return DriveTransform(out @ direct(arm, (q1, q2, q3, q4, q5, q6)) @ back)
+        return out @ direct(arm, (q1, q2, q3, q4, q5, q6)) @ back
 
     coarse = [_measure(off(q)) for q in angles[::_EVERY].tolist()]
-    k = int(np.argmin(coarse))
-    nearest = float(k)
-    if 0 < k < len(coarse) - 1:
-        before, here, after = coarse[k - 1 : k + 2]
+    nearest = float(_EVERY * np.argmin(coarse))
+    for step in _REFINED:
+        nearest = min(max(nearest, step), len(angles) - 1.0 - step)
+        places = (nearest - step, nearest, nearest + step)
+        before, here, after = (_measure(off(_interpolated(angles, place))) for place in places)
         bend = before - 2.0 * here + after
-        nearest += 0.5 * (before - after) / bend if bend > 0.0 else 0.0
-    there = off(_interpolated(angles, _EVERY * nearest))
+        if bend > 0.0:
+            nearest += step * min(max(0.5 * (before - after) / bend, -1.0), 1.0)
+    there = DriveTransform(off(_interpolated(angles, nearest)))
     return Deviation(sum(x * x for x in there.p) ** 0.5, there.psi)
 
 
-def _measure(off: DriveTransform) -> float:
-    return sum(x * x for x in off.p) + (LEVER * off.psi) ** 2
+def _measure(off: Transform) -> float:
+    """Square of the distance, and a little of 2 (1 - cos psi)."""
+    distance2 = off.px * off.px + off.py * off.py + off.pz * off.pz
+    return distance2 + LEVER * LEVER * (3.0 - off.nx - off.oy - off.az)
 
 
 def _interpolated(angles: Floats, place: float) -> list[float]:
     """Angles between samples, by Lagrange's polynomial of the nearest ones."""
     first = min(max(int(place) - _NODES // 2 + 1, 0), len(angles) - _NODES)
     x = place - first
-    nodes = np.arange(float(_NODES))
-    weights = [
-        np.prod([(x - other) / (node - other) for other in nodes if other != node])
-        for node in nodes
-    ]
-    return list(np.array(weights) @ angles[first : first + _NODES])
+    weights = []
+    for node in range(_NODES):
+        weight = _INVERSE_PRODUCTS[node]
+        for other in range(_NODES):
+            if other != node:
+                weight *= x - other
+        weights.append(weight)
+    nearest: list[float] = (np.array(weights) @ angles[first : first + _NODES]).tolist()
+    return nearest
