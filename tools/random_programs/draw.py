@@ -26,6 +26,8 @@ MIX: Final = {
 }
 """Where a move goes: anywhere in the ranges; near where the arm is; to or next to a singularity; to
 an end of a range; by half a turn of joint 4 or 6."""
+MIX_NUMBER: Final = 1
+"""Changes with the way programs are drawn, so that results of two ways are not mixed."""
 MOVES: Final = (2, 4)
 """Fewest and most moves of a program."""
 CARTESIAN: Final = 0.3

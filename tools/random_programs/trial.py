@@ -1,11 +1,10 @@
 """One random program through planner, trajectory generator and six joints, without a plant."""
 
-from collections import Counter
-from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from random_programs.draw import Move, Program
 from random_programs.joints import NodeJoints, RefusedError
@@ -34,17 +33,17 @@ REMEDIES: Final = 3
 """Remedies that are taken one after the other for one move."""
 
 
-@dataclass
-class Result:
+class Result(NamedTuple):
     """What became of a program.
 
     Attributes:
+        arm: its name.
         seed: of the program.
         moves: it has.
         accepted: moves that were accepted as they were asked for.
         refused: why the first that was not was refused, or "".
         kind: where that one goes, and how.
-        remedies: taken, by what was changed.
+        remedies: taken: what was changed.
         broken: what of the promise was broken, or "".
         speed, acceleration: largest second and first differences over the joints' limits.
         joint: that accelerated most.
@@ -52,12 +51,13 @@ class Result:
         lagged: of them, in which a joint lagged behind its path.
     """
 
+    arm: str
     seed: int
     moves: int
     accepted: int = 0
     refused: str = ""
     kind: str = ""
-    remedies: dict[str, int] = field(default_factory=dict)
+    remedies: tuple[str, ...] = ()
     broken: str = ""
     speed: float = 0.0
     acceleration: float = 0.0
@@ -81,7 +81,9 @@ class Trial:
     """
 
     def __init__(self, arm: Arm, program: Program, seed: int) -> None:
+        self._arm = arm
         self._program = program
+        self._seed = seed
         self._motion = Motion(arm, PERIOD_S, Blend.CONTINUOUS, lambda *_: None)
         self._nodes = NodeJoints(_wire(), arm, program.start, PERIOD_S)
         self._paces: dict[int, float] = {}
@@ -90,15 +92,15 @@ class Trial:
         self._step_limits = np.array(arm.speed_limits) * PERIOD_S
         self._before = np.array(program.start)
         self._step = np.zeros(6)
-        self._remedies: Counter[str] = Counter()
-        self.result = Result(seed, len(program.moves))
-        self.setpoints: list[Any] | None = None
+        self._accepted = self._lagged = self._joint = 0
+        self._refused = self._kind = self._broken = ""
+        self._remedies: list[str] = []
+        self._speed = self._acceleration = 0.0
         self._motion.enable(program.start)
         self._motion.handle(TransformMessage("tool", TOOL))
 
     def run(self) -> Result:
         """Run it to its end."""
-        result = self.result
         try:
             for number, move in enumerate(self._program.moves):
                 if not self._ask(number, move):
@@ -106,14 +108,17 @@ class Trial:
                 self._go_on(move)
             self._finish()
         except (RefusedError, AssertionError) as error:
-            result.broken = str(error)
-        result.remedies = dict(self._remedies)
-        result.cycles = self._tick
-        return result
+            self._broken = self._broken or str(error)
+        return Result(
+            *(self._arm.name, self._seed, len(self._program.moves), self._accepted),
+            *(self._refused, self._kind, tuple(self._remedies), self._broken),
+            *(self._speed, self._acceleration),
+            *(self._joint, self._tick, self._lagged),
+        )
 
     def _ask(self, number: int, move: Move) -> bool:
         """Ask for a move, with the remedies offered where it is refused; whether it was taken."""
-        motion, result = self._motion, self.result
+        motion = self._motion
         name = self._define(number, move)
         settings = dict(move.mode)
         for attempt in range(REMEDIES + 1):
@@ -123,34 +128,33 @@ class Trial:
                 motion.handle(MoveRequest(name, mode))
             except (MoveError, KinematicsError) as error:
                 remedy = _remedy(error)
-                if not result.refused:
-                    result.refused = str(error)
-                    result.kind = f"{move.kind}, {settings['interpolation']}"
-                if attempt and not result.broken:
-                    result.broken = f"remedy {dict(self._remedies)} refused: {error}"
+                self._note_refusal(error, f"{move.kind}, {settings['interpolation']}")
+                if attempt and not self._broken:
+                    self._broken = f"remedies {self._remedies} taken, and refused: {error}"
                 if not remedy:
                     return False
-                self._remedies.update(remedy.keys())
+                self._remedies += remedy
                 if "wait" in remedy:
                     self._finish()
                 settings = _changed(settings, remedy)
             else:
-                result.accepted += not attempt
+                self._accepted += not attempt
                 return True
         return False
+
+    def _note_refusal(self, error: Exception, kind: str) -> None:
+        if not self._refused:
+            self._refused, self._kind = str(error), kind
 
     def _define(self, number: int, move: Move) -> str:
         """The position a move goes to; its name."""
         motion = self._motion
         name = f"n{number}"
-        target = move.target @ TOOL
-        motion.handle(TransformMessage(f"at {name}", target))
+        motion.handle(TransformMessage(f"at {name}", move.target @ TOOL))
         right = [f"at {name}"]
         if move.function is not None:
-            unit = Transform.identity()
-            motion.handle(
-                TransformMessage(f"by {name}", unit, "functional", function=move.function)
-            )
+            by = Transform.identity()
+            motion.handle(TransformMessage(f"by {name}", by, "functional", function=move.function))
             right.append(f"by {name}")
         motion.handle(
             PositionMessage(name, ["t6", "tool"], right, "tool", configuration=move.configuration)
@@ -179,31 +183,31 @@ class Trial:
 
     def step(self) -> None:
         """One cycle."""
-        motion, result = self._motion, self.result
+        motion = self._motion
         if self._tick in self._paces:
             rate = self._paces[self._tick]
             motion.handle(FeedRequest(rate) if rate else PauseRequest())
             if rate and motion.generator.paused:
                 motion.handle(ResumeRequest())
         setpoint = motion.next_setpoint()
-        if self.setpoints is not None:
-            self.setpoints.append(setpoint)
-        if motion.stopped_short is not None and not result.broken:
-            result.broken = motion.stopped_short
+        if motion.stopped_short is not None:
+            self._broken = self._broken or f"stopped short: {motion.stopped_short}"
         told, displacement = motion.commanded.told, motion.displaced(None)
-        theta = np.array(self._nodes.take(setpoint, told, displacement, self._tick))
-        if displacement is not None:
-            result.lagged += 1
+        self._lagged += displacement is not None
+        self._judge(np.array(self._nodes.take(setpoint, told, displacement, self._tick)))
+        self._tick += 1
+
+    def _judge(self, theta: npt.NDArray[np.float64]) -> None:
+        """Speed and acceleration of the joints, from the angles of this cycle, rad."""
         step = theta - self._before
         bends = np.abs(step - self._step) / self._bend_limits
         if not self._tick:  # its pose is where the arm stands, but for rounding
             bends[:] = 0.0
-        result.speed = max(result.speed, float((np.abs(step) / self._step_limits).max()))
-        if bends.max() > result.acceleration:
-            result.acceleration = float(bends.max())
-            result.joint = int(bends.argmax()) + 1
+        self._speed = max(self._speed, float((np.abs(step) / self._step_limits).max()))
+        if bends.max() > self._acceleration:
+            self._acceleration = float(bends.max())
+            self._joint = int(bends.argmax()) + 1
         self._before, self._step = theta, step
-        self._tick += 1
 
 
 def _changed(settings: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:
