@@ -43,8 +43,6 @@ NOT_SENT: Final = {
     **POSITIONS,
     "EMCY_8": HALTS,
     "EMCY_9": "the plant brakes its joints; it has no ladder",
-    "JOINT_SETPOINT_1": "the master solves no angles yet: both arms have a closed form",
-    "JOINT_SETPOINT_2": "as JOINT_SETPOINT_1",
     "REFERENCE_7": NO_REFERENCE,
 }
 """Messages that none of our nodes sends, and why."""

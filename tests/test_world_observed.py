@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from servoing_campaign import Conditions, run
+from reference_campaign import Conditions, run
 
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Goal, Moment

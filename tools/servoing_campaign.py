@@ -1,247 +1,69 @@
-"""Servoing campaign: what the arm would follow when a camera looks at an object, and falls silent.
+#!/usr/bin/env python3
+"""An arm that follows what a camera sees, with all that cameras do; without a plant.
 
-    python tools/servoing_campaign.py --keep servoing.jsonl --seeds 200
-
-Each run is a reference of the world model alone, without an arm: an object that moves in a known
-way, a camera with a rate, a latency, noise, jitter, losses and outliers, and silence from some time
-on. Its numbers are distances, m, of the reference from the object, at the ticks of the arm:
-
-- ``tracked_rms``, ``tracked_max``: while it is seen, from half a second after the first time on;
-- ``seen_max``: from the fourth observation on, while it is seen;
-- ``silent_max``: from the last observation on, for two seconds (of an object that stands still);
-- ``rest_s``: from the last observation until the reference rests.
-
-A line of the file is one run with its settings; runs that are in the file are not made again, so
-that a campaign that was interrupted goes on where it was. The table at the end has one row for each
-condition, over its seeds.
+Each seed draws a part, its way (also through the wrist singularity, and out of reach), and a
+camera: rate, noise, jitter, loss, outliers, latency, and silence from some time on. The arm must
+neither fault nor pass its joints' limits, and stay at a part that stands still when the camera
+falls silent. Results are kept in a file; runs already in it are not made again.
 """
 
 import argparse
-import json
-import math
-import random
-from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
-from itertools import product
+import multiprocessing
+import sys
 from pathlib import Path
-from typing import Any, Final, NamedTuple
 
-from rfms_can.kinematics import Configuration
-from rfms_can.master.trajectory.goal import Goal, Moment
-from rfms_can.master.world import Limits, WorldModel
-from rfms_can.messages import T6, PositionMessage, TransformMessage
-from rfms_can.transform import Transform
+from servoing.results import KEPT, Conditions, append, read
+from servoing.scene import draw
+from servoing.table import broken, summary
+from servoing.trial import PERIOD_S, Result, Servoing
 
-PERIOD_S: Final = 0.004
-LATENCY_S: Final = 0.02
-LATENCY_JITTER_S: Final = 0.01
-SETTLED_S: Final = 0.5
-SILENT_S: Final = 2.0
-OUTLIER_M: Final = 1.0
-LIMITS: Final = Limits(1.0, 5.0)
-
-RATES_HZ: Final = (25, 50, 100, 250, 500)
+from rfms_can.arm import ARMS, arm_by_name
+from rfms_can.errors import RfmsError
 
 
-class Conditions(NamedTuple):
-    """Of a run.
-
-    Attributes:
-        motion: of the object, one of ``MOTIONS``.
-        rate: of the camera, Hz.
-        noise: of an observation in each direction, standard deviation, m.
-        jitter: of the times of pictures, part of the interval.
-        loss: part of the pictures that is lost.
-        outliers: part of the pictures that show something else, up to a metre away.
-        limited: whether the arm moves with the reference, within the acceleration of a mode.
-        seed: of all that is random.
-    """
-
-    motion: str
-    rate: int
-    noise: float
-    jitter: float
-    loss: float
-    outliers: float
-    limited: bool
-    seed: int
-
-
-Path3 = Callable[[float], tuple[float, float, float]]
-
-
-def _speeding(time: float) -> tuple[float, float, float]:
-    """From rest at 1 m/s2 to 0.2 m/s, and back to rest after 1.5 s."""
-    ramp = 0.2
-
-    def way(begun: float) -> float:
-        t = max(0.0, begun)
-        return 0.5 * t * t if t < ramp else ramp * (t - 0.5 * ramp)
-
-    return (0.3, way(time - 0.7) - way(time - 1.5), 0.0)
-
-
-MOTIONS: Final[dict[str, Path3]] = {
-    "still": lambda _: (0.3, 0.0, 0.0),
-    "belt": lambda t: (0.3, 0.1 * t, 0.0),
-    "fast belt": lambda t: (0.3, 0.3 * t, 0.0),
-    "swinging": lambda t: (0.3, 0.05 * math.sin(math.pi * t), 0.0),
-    "speeding": _speeding,
-    "jumping": lambda t: (0.3 if t < 1.2 else 0.37, 0.0, 0.0),
-}
-
-
-class Picture(NamedTuple):
-    """When it was taken and when it arrives, s, and what it shows."""
-
-    arrives: float
-    taken: float
-    pose: Transform
-
-
-class Numbers(NamedTuple):
-    """See the head of this file."""
-
-    tracked_rms: float | None
-    tracked_max: float | None
-    seen_max: float
-    silent_max: float | None
-    rest_s: float
-
-
-def pictures(conditions: Conditions, until: float) -> list[Picture]:
-    """All that the camera sends, by the time it arrives."""
-    chance = random.Random(repr(conditions))
-    where, interval = MOTIONS[conditions.motion], 1.0 / conditions.rate
-    found = []
-    for k in range(math.ceil(until / interval)):
-        taken = max(0.0, (k + conditions.jitter * chance.uniform(-0.5, 0.5)) * interval)
-        point = [x + chance.gauss(0.0, conditions.noise) for x in where(taken)]
-        if chance.random() < conditions.outliers:
-            point = [x + chance.uniform(-OUTLIER_M, OUTLIER_M) for x in point]
-        if chance.random() >= conditions.loss:
-            arrives = taken + LATENCY_S + chance.uniform(0.0, LATENCY_JITTER_S)
-            found.append(Picture(arrives, taken, Transform.translation(*point)))
-    return sorted(picture for picture in found if picture.arrives < until)
-
-
-def run(conditions: Conditions) -> Numbers:
-    """One run."""
-    silent_from = random.Random(f"silence {conditions!r}").uniform(0.15, 3.0)
-    if conditions.motion != "still":
-        silent_from = max(2.0, silent_from)
-    where = MOTIONS[conditions.motion]
-    world = WorldModel(Configuration(True, True, True), PERIOD_S)
-    start = Transform.translation(*where(0.0))
-    world.define_transform(TransformMessage("part", start, "reference", predict="velocity"))
-    goal: Goal = world.define_position(PositionMessage("at part", [T6], ["part"])).goal
-    waiting = iter(pictures(conditions, silent_from))
-    upcoming, seen, last_s, rests_from = next(waiting, None), 0, 0.0, 0.0
-    limits = LIMITS if conditions.limited else None
-    tracked, seen_max, silent_max = [], 0.0, 0.0
-    before = goal.pose(Moment(0))
-    for tick in range(1, round((silent_from + SILENT_S) / PERIOD_S)):
-        now = tick * PERIOD_S
-        while upcoming is not None and upcoming.arrives <= now:
-            message = TransformMessage("part", upcoming.pose, "reference", stamp=upcoming.taken)
-            world.define_transform(message, tick, limits)
-            upcoming, seen, last_s = next(waiting, None), seen + 1, now
-        for name in world.silent(tick):
-            world.settle_transform(name, tick, limits)
-        pose = goal.pose(Moment(tick))
-        error = math.dist((pose.px, pose.py, pose.pz), where(now))
-        if now < silent_from:
-            seen_max = max(seen_max, error) if seen > 3 else seen_max
-            if now > SETTLED_S:
-                tracked.append(error)
-        else:
-            silent_max = max(silent_max, error) if seen > 3 else silent_max
-        if pose != before:
-            rests_from = now
-        before = pose
-    return Numbers(
-        math.sqrt(sum(e * e for e in tracked) / len(tracked)) if tracked else None,
-        max(tracked, default=None),
-        seen_max,
-        silent_max if conditions.motion == "still" else None,
-        max(0.0, rests_from - last_s),
-    )
-
-
-def grid(seeds: int) -> Iterator[Conditions]:
-    """All runs of a campaign."""
-    disturbed = ((0.0, 0.0, 0.0), (0.6, 0.3, 0.0), (0.6, 0.3, 0.05))
-    for seed, motion, rate, noise, (jitter, loss, outliers), limited in product(
-        range(seeds), MOTIONS, RATES_HZ, (0.2e-3, 0.5e-3), disturbed, (False, True)
-    ):
-        yield Conditions(motion, rate, noise, jitter, loss, outliers, limited, seed)
-
-
-def kept(file: Path) -> dict[Conditions, Numbers]:
-    """The runs in a file; a line that was cut off when it was written is left out."""
-    runs = {}
-    for line in file.read_text().splitlines() if file.exists() else []:
-        try:
-            entry: dict[str, Any] = json.loads(line)
-            runs[Conditions(**entry["conditions"])] = Numbers(**entry["numbers"])
-        except (ValueError, KeyError, TypeError):
-            continue
-    return runs
-
-
-def _line(conditions: Conditions, numbers: Numbers) -> str:
-    rounded = {
-        name: None if value is None else float(f"{value:.4g}")
-        for name, value in numbers._asdict().items()
-    }
-    return json.dumps({"conditions": conditions._asdict(), "numbers": rounded}) + "\n"
-
-
-def table(runs: Mapping[Conditions, Numbers]) -> Iterator[str]:
-    """One row for each condition: the rms and the largest value of each number, mm and s."""
-    rows: dict[Conditions, list[Numbers]] = defaultdict(list)
-    for conditions, numbers in runs.items():
-        rows[conditions._replace(seed=0)].append(numbers)
-    yield (
-        f"{'motion':<10}{'rate':>5}{'noise':>6}{'jitter':>7}{'loss':>5}{'outl':>6}{'limits':>7}"
-        f"{'runs':>6}{'rms':>8}{'max':>8}{'seen':>8}{'silent':>8}{'rest':>7}"
-    )
-    for c, found in sorted(rows.items()):
-        worst = (
-            _largest([numbers[i] for numbers in found], 1.0 if i == 4 else 1e3) for i in range(5)
-        )
-        rms, largest, seen, silent, rest = worst
-        yield (
-            f"{c.motion:<10}{c.rate:>5}{1e3 * c.noise:>6.1f}{c.jitter:>7.1f}{c.loss:>5.1f}"
-            f"{c.outliers:>6.2f}{'yes' if c.limited else 'no':>7}{len(found):>6}"
-            f"{rms:>8}{largest:>8}{seen:>8}{silent:>8}{rest:>7}"
-        )
-
-
-def _largest(values: list[float | None], factor: float) -> str:
-    present = [value for value in values if value is not None]
-    return f"{factor * max(present):.2f}" if present else "-"
-
-
-def main() -> None:
-    """Make the runs that are missing and print the table."""
+def arguments() -> argparse.Namespace:
+    """Command-line arguments."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--keep", type=Path, default=Path("servoing.jsonl"), help="file of runs")
-    parser.add_argument("--seeds", type=int, default=20, help="runs for each condition")
-    parser.add_argument("--motion", choices=tuple(MOTIONS), help="of this motion only")
-    arguments = parser.parse_args()
-    runs = kept(arguments.keep)
-    whole = not arguments.keep.exists() or arguments.keep.read_text().endswith("\n")
-    with arguments.keep.open("a") as file:
-        file.write("" if whole else "\n")
-        for conditions in grid(arguments.seeds):
-            if conditions in runs or arguments.motion not in (None, conditions.motion):
-                continue
-            runs[conditions] = run(conditions)
-            file.write(_line(conditions, runs[conditions]))
-            file.flush()
-    print("\n".join(table(runs)))
+    parser.add_argument("--arm", action="append", choices=ARMS, help="repeatable; both if absent")
+    parser.add_argument("--seeds", type=int, default=50, help="runs of each arm")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    parser.add_argument("--keep", type=Path, help=f"file of results, e.g. {KEPT}")
+    options = parser.parse_args()
+    if options.seeds < 1 or options.workers < 1:
+        parser.error(f"--seeds {options.seeds}, --workers {options.workers}: give at least 1")
+    return options
+
+
+def one(job: tuple[str, int]) -> Result:
+    """The run of a seed."""
+    name, seed = job
+    arm = arm_by_name(name)
+    return Servoing(arm, draw(arm, seed), seed).run()
+
+
+def main() -> int:
+    """Make what is missing, and print the table; 1 if a promise was broken."""
+    options = arguments()
+    conditions = Conditions(1.0 / PERIOD_S)
+    try:
+        results = read(options.keep, conditions)[1] if options.keep else []
+    except RfmsError as error:
+        print(f"servoing_campaign.py: {error}", file=sys.stderr)
+        return 1
+    wanted = [(arm, seed) for seed in range(options.seeds) for arm in options.arm or ARMS]
+    done = {(each.arm, each.seed) for each in results}
+    with multiprocessing.Pool(options.workers) as pool:
+        for result in pool.imap(one, [job for job in wanted if job not in done]):
+            results.append(result)
+            if options.keep:
+                append(options.keep, conditions, result)
+            if broken(result):
+                print(result, file=sys.stderr)
+    chosen = set(wanted)
+    kept = [each for each in results if (each.arm, each.seed) in chosen]
+    print(summary(kept, conditions))
+    return int(any(map(broken, kept)))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

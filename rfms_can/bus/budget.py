@@ -31,7 +31,9 @@ OCCASIONAL: Final = frozenset({"SETPOINT_2", "COMPLY", "BIAS", "FORCE"})
 """Frames that a cycle in operation holds only when the motion or the tool needs them."""
 
 OTHER_ARMS: Final = ("JOINT_SETPOINT_", "POSITION_")
-"""Frames of arms without a closed form and of boards that take positions; ours have neither."""
+"""Frames of arms without a closed form and of boards that take positions; ours have neither. Near
+singularities, half turns and ends of ranges the master sends JOINT_SETPOINT all the same: one frame
+for each pose, 106 us at 1/5 Mbit/s, on top of what a full cycle holds."""
 OTHER_NODES: Final = ("BOARD_", "FORCE_SENSOR")
 """Nodes that are on the bus only where the plant is not: it speaks for them."""
 

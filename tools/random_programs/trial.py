@@ -3,11 +3,9 @@
 from functools import cache
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from random_programs.draw import Move, Program
 from random_programs.joints import NodeJoints, RefusedError
+from random_programs.judge import Judge
 from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.master.motion import Motion
@@ -88,14 +86,10 @@ class Trial:
         self._nodes = NodeJoints(_wire(), arm, program.start, PERIOD_S)
         self._paces: dict[int, float] = {}
         self._tick = 0
-        self._bend_limits = np.array(arm.acceleration_limits) * PERIOD_S**2
-        self._step_limits = np.array(arm.speed_limits) * PERIOD_S
-        self._before = np.array(program.start)
-        self._step = np.zeros(6)
-        self._accepted = self._lagged = self._joint = 0
+        self._judge = Judge(arm, program.start, PERIOD_S)
+        self._accepted = self._lagged = 0
         self._refused = self._kind = self._broken = ""
         self._remedies: list[str] = []
-        self._speed = self._acceleration = 0.0
         self._motion.enable(program.start)
         self._motion.handle(TransformMessage("tool", TOOL))
 
@@ -109,11 +103,12 @@ class Trial:
             self._finish()
         except (RefusedError, AssertionError) as error:
             self._broken = self._broken or str(error)
+        judge = self._judge
         return Result(
             *(self._arm.name, self._seed, len(self._program.moves), self._accepted),
             *(self._refused, self._kind, tuple(self._remedies), self._broken),
-            *(self._speed, self._acceleration),
-            *(self._joint, self._tick, self._lagged),
+            *(judge.speed, judge.acceleration),
+            *(judge.joint, self._tick, self._lagged),
         )
 
     def _ask(self, number: int, move: Move) -> bool:
@@ -194,20 +189,8 @@ class Trial:
             self._broken = self._broken or f"stopped short: {motion.stopped_short}"
         told, displacement = motion.commanded.told, motion.displaced(None)
         self._lagged += displacement is not None
-        self._judge(np.array(self._nodes.take(setpoint, told, displacement, self._tick)))
+        self._judge.take(self._nodes.take(setpoint, told, displacement, self._tick))
         self._tick += 1
-
-    def _judge(self, theta: npt.NDArray[np.float64]) -> None:
-        """Speed and acceleration of the joints, from the angles of this cycle, rad."""
-        step = theta - self._before
-        bends = np.abs(step - self._step) / self._bend_limits
-        if not self._tick:  # its pose is where the arm stands, but for rounding
-            bends[:] = 0.0
-        self._speed = max(self._speed, float((np.abs(step) / self._step_limits).max()))
-        if bends.max() > self._acceleration:
-            self._acceleration = float(bends.max())
-            self._joint = int(bends.argmax()) + 1
-        self._before, self._step = theta, step
 
 
 def _changed(settings: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:
