@@ -128,6 +128,11 @@ class Observations:
             return FIRST_INTERVAL_S
         return (seen[-1].time - seen[0].time) / (len(seen) - 1)
 
+    def is_stream_at(self, time: float) -> bool:
+        """Whether so many have come of late that one of another place may be a mistake, s."""
+        seen = self._seen
+        return len(seen) >= FEWEST and time - seen[-FEWEST].time <= WINDOW_S
+
     def add(self, observation: Observation, *, gated: bool) -> bool:
         """Take one more; those that come late find their place by their stamp.
 

@@ -150,14 +150,16 @@ class Reference:
         """Take an observation, to act from ``tick`` on.
 
         Args:
-            observation: what was seen; the newest by its time counts. Under ``velocity`` one that
-                is far from the prediction counts once others have confirmed it.
+            observation: what was seen; the newest by its time counts. One that is far from the
+                prediction counts once others have confirmed it: always under ``velocity``, and
+                under ``hold`` in a stream of observations. One alone is taken at its word.
             tick: of the next set-point.
             limits: of the mode the arm moves with; None if nothing that moves uses this transform,
                 which then jumps, as it does when it is observed first.
         """
         known, moving = self._observations.any, self.predict == "velocity"
-        if not self._observations.add(observation, gated=moving):
+        gated = moving or self._observations.is_stream_at(observation.time)
+        if not self._observations.add(observation, gated=gated):
             return
         prediction = self._observations.moving() if moving else self._observations.held()
         self.silent_from = None
