@@ -6,6 +6,7 @@ from collections.abc import Callable
 import draw_campaign
 import draw_cli
 import draw_link
+import draw_link_campaign
 import draw_states
 import draw_wire
 import msgspec
@@ -22,6 +23,7 @@ from rfms_can.wire.codec import load_database
         ("draw_campaign.py", "peg-campaign.md", draw_campaign.render),
         ("draw_cli.py", "command-line.md", draw_cli.render),
         ("draw_link.py", "link.md", draw_link.render),
+        ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),
         ("draw_states.py", "states.md", draw_states.render),
         ("draw_wire.py", "wire.md", draw_wire.render),
     ],
