@@ -377,3 +377,15 @@ def test_nonsense_is_a_link_error(socket: CoreSocket) -> None:
 
     with pytest.raises(LinkError, match="sent an invalid reply"):
         run(program)
+
+
+@pytest.mark.parametrize("lost", ["lose", "lose_replies"])
+def test_a_wait_that_is_lost_or_whose_reply_is_lost_ends(socket: CoreSocket, lost: str) -> None:
+    async def program(arm: AsyncArm) -> None:
+        await arm.sleep(0.02)
+        before = arm.status.cycle
+        setattr(socket, lost, 1)
+        await arm.sleep(0.1)
+        assert arm.status.cycle >= before + 25
+
+    run(program)

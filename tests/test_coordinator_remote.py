@@ -446,3 +446,17 @@ def test_a_reader_needs_no_lease(bench: ServerBench, socket: CoreSocket) -> None
     link.wait(AtRest())
     assert unnumbered(link.status()) == unnumbered(bench.server.status())
     assert Query() not in socket.requests
+
+
+@pytest.mark.parametrize("lost", ["lose", "lose_replies"])
+def test_a_wait_that_is_lost_or_whose_reply_is_lost_ends(socket: CoreSocket, lost: str) -> None:
+    """A connection that was cut for a moment: the lease is kept, so nothing else would tell."""
+    link = RemoteLink(socket, "cell", 1.0, now=socket.now)
+    link.acquire()
+    arm = Arm(link)
+    arm.sleep(0.02)
+    before = arm.status.cycle
+    setattr(socket, lost, 1)
+    arm.sleep(0.1)
+    assert arm.status.cycle >= before + 25
+    assert len(socket.waits) == 2, "sent again, not asked again"

@@ -7,6 +7,7 @@ import draw_campaign
 import draw_cli
 import draw_corners
 import draw_link
+import draw_link_campaign
 import draw_states
 import draw_wire
 import msgspec
@@ -24,6 +25,7 @@ from rfms_can.wire.codec import load_database
         ("draw_cli.py", "command-line.md", draw_cli.render),
         ("draw_corners.py", "corners.md", draw_corners.render),
         ("draw_link.py", "link.md", draw_link.render),
+        ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),
         ("draw_states.py", "states.md", draw_states.render),
         ("draw_wire.py", "wire.md", draw_wire.render),
     ],

@@ -13,6 +13,7 @@ from rfms_can.coordinator.conversation import (
     RETRY_S,
     Conversation,
     Lease,
+    Request,
     answer_of,
 )
 from rfms_can.coordinator.sockets import AsyncSocket
@@ -61,6 +62,7 @@ class AsyncRemoteLink:
         self._replies: dict[int, asyncio.Future[Reply]] = {}
         self._asked: dict[int, Sequence[Waiting]] = {}
         self._to_ask: Sequence[Waiting] = ()
+        self._wait: Request | None = None  # sent last
         self._tasks: list[asyncio.Task[None]] = []
 
     # --- the lease ----------------------------------------------------------------------------
@@ -149,6 +151,7 @@ class AsyncRemoteLink:
             conditions = [condition for part in waiting for condition in part.any_of]
             wait = self._conversation.number(WaitRequest(conditions))
             self._asked[wait.serial] = waiting
+            self._wait = wait
             self._socket.send(wait.data)
 
     async def _receive(self) -> None:
@@ -174,6 +177,9 @@ class AsyncRemoteLink:
     async def _renew(self) -> None:
         while True:
             await asyncio.sleep(self._lease.renewal_s)
+            wait = self._wait
+            if wait is not None and wait.serial in self._asked and not self._lock.locked():
+                self._socket.send(wait.data)  # its reply may be lost: it is then repeated
             await self._in_turn(self._lease.renew)
 
     async def _hear(self) -> None:

@@ -176,7 +176,11 @@ class RemoteLink:
         raise self._conversation.silent()
 
     def _awaited(self, wait: Request) -> Reply:
-        """The reply to a wait, however long it takes; meanwhile the lease is renewed."""
+        """The reply to a wait, however long it takes; meanwhile the lease is renewed.
+
+        The wait is sent again with every renewal: a connection that was cut has lost it or its
+        reply, and the server processes it once.
+        """
         renewal_s = self._lease.renewal_s
         renew_at = self._now() + renewal_s
         while (reply := self._reply(wait, min(SLICE_S, renewal_s))) is None:
@@ -185,6 +189,7 @@ class RemoteLink:
             self._look()
             self._watch(self._conversation.status)
             if self._now() >= renew_at:
+                self._socket.send(wait.data)  # its reply may be lost: it is then repeated
                 self._exchange(self._lease.renew)
                 renew_at = self._now() + renewal_s
         return reply
