@@ -244,7 +244,7 @@ def test_a_mode_defined_again_brings_its_load_and_its_compliance(program: Progra
 
 def plans(program: Program) -> tuple[object, ...]:
     motion = program.motion
-    return (motion.generator.not_begun, motion._planner.memory, motion._moves.last_guarded)
+    return (motion.generator.not_begun, motion.planner.memory, motion._moves.last_guarded)
 
 
 @pytest.mark.parametrize(

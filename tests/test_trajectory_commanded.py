@@ -36,16 +36,18 @@ STAY = Move(0, FixedGoal(direct(PUMA_260, HOME)), Mode.JOINT, 1, 1, LEFT_DOWN)
 
 
 def test_the_shadow_is_what_six_nodes_compute() -> None:
-    commanded, rig = shadow(), Rig()
+    """It runs on the float32 numbers of the wire, as they do; test_random_programs has it to the
+    last digit, with what the joints are told."""
+    commanded, rig = shadow(), Rig(wire=True)
     rig.move(Mode.JOINT, "W1", 1.2, 0.2)
     rig.move(Mode.CARTESIAN, "W2", 2.0, 0.2)
     for _ in range(700):
         q = rig.tick()
         assert commanded.check(rig.setpoints[-1]) is None
-        assert commanded.theta == approx(q, abs=1e-12)
-        assert commanded.rate == approx([joint.rate for joint in rig.joints], abs=1e-9)
+        assert commanded.theta == approx(q, abs=1e-6)
+        assert commanded.rate == approx([joint.rate for joint in rig.joints], abs=1e-4)
         assert commanded.acceleration == approx(
-            [joint.acceleration for joint in rig.joints], abs=1e-6
+            [joint.acceleration for joint in rig.joints], abs=0.05
         )
 
 

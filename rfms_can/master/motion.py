@@ -61,6 +61,7 @@ class Motion:
     Attributes:
         force_request: of the move in progress; None before the first.
         stopped_short: why the arm last came to rest beside its path, or None.
+        planner: of moves, in the order of their requests.
         generator: the master's half of the trajectory generator.
         commanded: the commanded trajectory, in double precision.
         world: symbol tables.
@@ -74,12 +75,12 @@ class Motion:
         self._vet = vet
         self.commanded = CommandedTrajectory(arm, period_s)
         self.generator = TrajectoryGenerator(period_s, blend)
-        self._planner = MovePlanner(arm, period_s)
+        self.planner = MovePlanner(arm, period_s)
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True), period_s)
         self._moves = AcceptedMoves()
         self._waiting = WaitingMoves(
-            self.generator, self._planner, self._moves, self._refusal, replans
+            self.generator, self.planner, self._moves, self._refusal, replans
         )
         self._requested = RequestedCompliance()
         self.force_request: ForceRequest | None = None
@@ -118,7 +119,7 @@ class Motion:
         self.world.configuration = configuration
         self.generator.enable(direct(arm, q), configuration, q)
         self.commanded.reset(q)
-        self._planner.reset(self.commanded.theta)
+        self.planner.reset(self.commanded.theta)
         self._moves.clear()
         self._brake = None
 
@@ -220,7 +221,7 @@ class Motion:
         accepted = AcceptedMove.bound(names, self.world, tick)
         self._admit(sequence, accepted)
         try:
-            plan = self._planner.plan(
+            plan = self.planner.plan(
                 *(before, accepted.position, accepted.mode, sequence, tick),
                 generator.periods_left,
             )

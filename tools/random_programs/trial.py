@@ -4,6 +4,7 @@ from functools import cache
 from typing import Any, Final, NamedTuple
 
 from random_programs.draw import Move, Program
+from random_programs.fine import Case, evidence
 from random_programs.joints import NodeJoints, RefusedError
 from random_programs.judge import Judge
 from rfms_can.arm import Arm
@@ -76,9 +77,17 @@ class Trial:
         arm: the arm.
         program: to run.
         seed: of it.
+        looks: whether to look if the first refusal was due.
+
+    Attributes:
+        case: the first refusal.
+        due: why it was due, if that was looked at; None if it was not due.
     """
 
-    def __init__(self, arm: Arm, program: Program, seed: int) -> None:
+    def __init__(self, arm: Arm, program: Program, seed: int, *, looks: bool = False) -> None:
+        self.looks = looks
+        self.case: Case | None = None
+        self.due: str | None = None
         self._arm = arm
         self._program = program
         self._seed = seed
@@ -123,7 +132,8 @@ class Trial:
                 motion.handle(MoveRequest(name, mode))
             except (MoveError, KinematicsError) as error:
                 remedy = _remedy(error)
-                self._note_refusal(error, f"{move.kind}, {settings['interpolation']}")
+                kind = f"{move.kind}, {settings['interpolation']}"
+                self._note_refusal(error, kind, name, mode)
                 if attempt and not self._broken:
                     self._broken = f"remedies {self._remedies} taken, and refused: {error}"
                 if not remedy:
@@ -137,9 +147,19 @@ class Trial:
                 return True
         return False
 
-    def _note_refusal(self, error: Exception, kind: str) -> None:
-        if not self._refused:
-            self._refused, self._kind = str(error), kind
+    def _note_refusal(self, error: Exception, kind: str, name: str, mode: str) -> None:
+        """The first refusal, with all that is needed to look whether it was due."""
+        if self._refused:
+            return
+        self._refused, self._kind = str(error), kind
+        motion = self._motion
+        generator, world = motion.generator, motion.world
+        self.case = Case(
+            *(str(error), generator.last_accepted, world.position(name), world.mode(mode)),
+            generator.tick_count,
+        )
+        if self.looks:
+            self.due = evidence(self._arm, motion.planner, self.case, PERIOD_S)
 
     def _define(self, number: int, move: Move) -> str:
         """The position a move goes to; its name."""
@@ -189,7 +209,10 @@ class Trial:
             self._broken = self._broken or f"stopped short: {motion.stopped_short}"
         told, displacement = motion.commanded.told, motion.displaced(None)
         self._lagged += displacement is not None
-        self._judge.take(self._nodes.take(setpoint, told, displacement, self._tick))
+        angles = self._nodes.take(setpoint, told, displacement, self._tick)
+        if displacement is None and tuple(angles) != motion.commanded.theta:
+            raise RefusedError(f"the joints are not where the master has them at {self._tick}")
+        self._judge.take(angles)
         self._tick += 1
 
 

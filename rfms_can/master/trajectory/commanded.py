@@ -6,6 +6,7 @@ from typing import Final, NamedTuple, Protocol
 
 from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import (
+    WIRE,
     Configuration,
     Geometry,
     InverseKinematics,
@@ -13,6 +14,7 @@ from rfms_can.kinematics import (
     singularity_margins,
 )
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
+from rfms_can.setpoint.frames import angles_as_received, as_received
 from rfms_can.setpoint.joint import Mark
 from rfms_can.transform import Transform
 
@@ -20,8 +22,8 @@ ESTIMATED: Final = 1.05
 """How much faster than its limit a set-point may be. Plans keep the limits; but the joints estimate
 from their last set-points how they leave a segment, and where its straight part is short they are a
 few per cent off."""
-RANGE_ROUNDING: Final = 1e-6
-"""Rad a joint may be past the end of its range; the joints themselves take ten times that."""
+RANGE_ROUNDING: Final = WIRE.angle
+"""Rad a joint may be past the end of its range, as the joints themselves take it."""
 BENT: Final = 1.5
 """How much more than its limit a joint may be asked to accelerate: within that it lags behind."""
 
@@ -71,10 +73,11 @@ class Told(NamedTuple):
 
 
 class CommandedTrajectory:
-    """Six :class:`JointSetpoint` in double precision: the nodes' shadow.
+    """Six :class:`JointSetpoint` on the float32 numbers of the wire: what the nodes compute.
 
-    What the nodes compute from the same set-points differs by float32's rounding of T6, about
-    1e-7 rad. ``theta``, ``rate`` and ``acceleration`` are the commanded trajectory as recorded.
+    They estimate from their own past how they leave a segment: a shadow in double precision was
+    1e-5 rad beside them after a transition that a moving goal begins, and a stop began with that
+    step. ``theta``, ``rate`` and ``acceleration`` are the commanded trajectory as recorded.
 
     Attributes:
         bend_limits: acceleration limit of each joint, rad a cycle squared.
@@ -91,7 +94,7 @@ class CommandedTrajectory:
             acceleration * period_s * period_s for acceleration in arm.acceleration_limits
         )
         self._marks: Final = [Mark(0.0, 0.0, 0.0)] * len(arm.joint_limits)
-        self._solve: Final = InverseKinematics(arm).solve
+        self._solve: Final = InverseKinematics(arm, WIRE).solve
         self._joints: Final = tuple(JointSetpoint(period_s) for _ in arm.joint_limits)
         self._near_shoulder: Final = NEAR_SHOULDER * abs(arm.a2)
         self.told: Told | None = None
@@ -148,6 +151,7 @@ class CommandedTrajectory:
 
     def follow(self, setpoint: CartesianSetpoint, theta: Joints) -> None:
         """Take a set-point whose angles are known, rad: the joints are told them."""
+        theta = angles_as_received(theta)
         self.told = Told(theta, theta)
         for joint, angle in zip(self._joints, theta, strict=True):
             if math.isnan(joint.advance(setpoint, angle)):
@@ -162,6 +166,7 @@ class CommandedTrajectory:
         Raises:
             AssertionError: the trajectory generator is at fault: no joint would take its state.
         """
+        exact, setpoint = setpoint, as_received(setpoint)
         joints = self._joints
         turns_1 = [joint.turn_1(setpoint) for joint in joints]
         try:
@@ -175,9 +180,12 @@ class CommandedTrajectory:
                     setpoint.T6_2, setpoint.configuration_2, turns_2, setpoint.near_2
                 )
                 in_doubt = in_doubt or self._is_in_doubt(second, turns_2)
+            self.told = None
+            if in_doubt:
+                self.told = self._tell(exact, turns_1)
+                first, second = self.told
         except KinematicsError as error:
             return str(error)
-        self.told = Told(first, second) if in_doubt else None
         marks = self._marks
         for index, (lower, upper, most, most_bend, per_speed2) in enumerate(self._bounds):
             joint = joints[index]
@@ -195,6 +203,16 @@ class CommandedTrajectory:
                     joints[taken].return_to(marks[taken])
                 return self._refusal(index + 1, theta, mark, setpoint)
         return None
+
+    def _tell(self, setpoint: CartesianSetpoint, turns_1: Sequence[float]) -> Told:
+        """The angles of the exact poses, as the joints are told them."""
+        first = second = self._angles(
+            setpoint.T6_1, setpoint.configuration_1, turns_1, setpoint.near_1
+        )
+        if setpoint.T6_2 is not None:
+            turns_2 = [joint.turn_2 for joint in self._joints]
+            second = self._angles(setpoint.T6_2, setpoint.configuration_2, turns_2, setpoint.near_2)
+        return Told(angles_as_received(first), angles_as_received(second))
 
     def _angles(
         self,

@@ -177,6 +177,33 @@ class MovePlanner:
         left: float = math.inf,
     ) -> tuple[Trial, Outcome]:
         """``plan``, without remembering anything of it."""
+        trial = self.trial(before, position, mode, sequence, tick)
+        move = trial.base.segment.move
+        if mode.deviation is not None and not before.rests:
+            corner = Corner(trial, mode.deviation, longest(before.move, move, left))
+            return trial, corner.outcome(mode.lengthen_at_most if mode.lengthen else 1.0)
+        if not before.rests:
+            check_succession(before.move, move, self._period)
+        outcome = trial.run(trial.times)
+        if outcome.excess is not None:
+            lengthen, at_most = mode.lengthen, mode.lengthen_at_most
+            outcome = mended(trial, outcome.excess, lengthen=lengthen, at_most=at_most)
+        return trial, outcome
+
+    def trial(
+        self,
+        before: Segment,
+        position: PlannedPosition,
+        mode: PlannedMode,
+        sequence: int,
+        tick: int,
+    ) -> Trial:
+        """A move as its mode has it, before limits are looked at; arguments as of ``plan``.
+
+        Raises:
+            MoveError: a rule is broken.
+            KinematicsError: the goal, or a pose on the way there, has no solution.
+        """
         frame = Frame(self._kinematics, tick, self._period)
         departed = self._departed(before, frame)
         acceleration = whole_ticks(mode.acceleration_time, self._period)
@@ -196,18 +223,7 @@ class MovePlanner:
         if mode.transition is Transition.CARTESIAN and before.rests:
             _check_theta4(base, sequence)
         ends = move.to_rest().transition if parts == 1 else Transition.CARTESIAN
-        trial = Trial(self.arm, frame, departed, base, ends, parts)
-        if mode.deviation is not None and not before.rests:
-            corner = Corner(trial, mode.deviation, longest(before.move, move, left))
-            at_most = mode.lengthen_at_most if mode.lengthen else 1.0
-            return trial, corner.outcome(at_most)
-        if not before.rests:
-            check_succession(before.move, base.segment.move, self._period)
-        outcome = trial.run(trial.times)
-        if outcome.excess is not None:
-            lengthen, at_most = mode.lengthen, mode.lengthen_at_most
-            outcome = mended(trial, outcome.excess, lengthen=lengthen, at_most=at_most)
-        return trial, outcome
+        return Trial(self.arm, frame, departed, base, ends, parts)
 
     def _departed(self, before: Segment, frame: Frame) -> DepartedSegment:
         """The segment to follow, with what was planned of it."""

@@ -19,6 +19,12 @@ from rfms_can.master.trajectory.segment import Transition
 TRIES: Final = 12
 """Times that are tried before giving up."""
 
+MUCH_SLOWER: Final = (2, 4, 10, 40)
+"""Factors of a segment time that are tried last."""
+
+HALVED: Final = 6
+"""How often the gap to one that does not do is halved then."""
+
 GROWTH: Final = 1.002
 """Least fraction by which a time grows from one try to the next."""
 
@@ -91,7 +97,8 @@ class Trial(NamedTuple):
 
         The acceleration of a transition is that of the change of velocity: a constant and a part
         that is inverse to the time. As the largest of such it is convex in the inverse of time, so
-        that what two trials leave of it at rest is never too much.
+        that what two trials leave of it at rest is never too much. Where it is not (a goal that
+        moves with h), times much longer are tried before giving up.
         """
         segment, acceleration = self.times
         last: tuple[float, float] | None = None
@@ -103,7 +110,7 @@ class Trial(NamedTuple):
                     slope = (last[1] - here[1]) / (last[0] - here[0])
                     at_rest = here[1] - slope * here[0]
                     if at_rest >= 1.0:
-                        return None
+                        return self._much_slower(longest)
                     longer = slope / (1.0 - at_rest)
                 last = here
             segment = max(segment + 1, math.ceil(longer), math.ceil(segment * GROWTH))
@@ -111,7 +118,28 @@ class Trial(NamedTuple):
             if outcome is None or outcome.excess is None:
                 return outcome
             excess = outcome.excess
-        return None
+        return self._much_slower(longest)
+
+    def _much_slower(self, longest: int) -> Outcome | None:
+        """The outcome with the least of some segment times that does, about; None without one."""
+        segment, acceleration = self.times
+        breaks = segment
+        for factor in MUCH_SLOWER:
+            outcome = self._within(Times(factor * segment, acceleration), longest, acceleration)
+            if outcome is not None and outcome.excess is None:
+                break
+            breaks = factor * segment
+        else:
+            return None
+        keeps = outcome.base.segment.move.segment_ticks
+        for _ in range(HALVED):
+            middle = (breaks + keeps) // 2
+            nearer = self._within(Times(middle, acceleration), longest, acceleration)
+            if nearer is not None and nearer.excess is None:
+                outcome, keeps = nearer, middle
+            else:
+                breaks = middle
+        return outcome
 
     def eased(self, excess: Excess, longest: int, longest_acceleration: int) -> Outcome | None:
         """The same where the acceleration time may grow as well."""

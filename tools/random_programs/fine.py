@@ -1,0 +1,193 @@
+"""Whether a refusal was due: the refused move is made all the same, looked at very closely.
+
+The trajectory generator and six joints run it in periods that are ``FINER`` times as short, so that
+a move is sampled a hundred times as finely as the planner samples it, and every pose is solved
+instead of interpolated. A refusal is due where a pose has no solution, a joint leaves its range, or
+passes its speed or acceleration limit; with the time that was asked for, and with the longest one
+that the mode allows.
+"""
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from rfms_can.arm import Arm
+from rfms_can.errors import KinematicsError, RfmsError
+from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
+from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.planning import MovePlanner
+from rfms_can.master.trajectory.planning.departure import DepartedSegment
+from rfms_can.master.trajectory.planning.large_rotation import in_parts
+from rfms_can.master.trajectory.planning.search import Trial
+from rfms_can.master.trajectory.segment import Move, Segment
+from rfms_can.master.world.modes import MotionMode
+from rfms_can.master.world.position import Position
+from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
+from rfms_can.wire.vocabulary import Blend
+
+FINER: Final = 25
+"""Periods in one of the control's: a move of a second is looked at 6,250 times."""
+LONGEST: Final = 400_000
+"""Periods until a move counts as one that never ends."""
+ROUNDING: Final = 1e-3
+"""Part of a limit that a motion may stay under it and still count as passing it."""
+END: Final = 1e-9
+"""Rad a joint may be past the end of its range."""
+RULES: Final = (
+    "is under twice the acceleration time",
+    "is under four times the acceleration time",
+    "is too long to leave move",
+    "cannot change the configuration",
+    "a Cartesian transition cannot turn it",
+    "its transitions alone take",
+    "over 100 s",
+)
+"""Refusals by a rule, which their own numbers show."""
+
+
+class Case(NamedTuple):
+    """A refusal.
+
+    Attributes:
+        words: of it.
+        before: the segment the move was to follow.
+        position, mode: where to, and how.
+        tick: of the trajectory generator.
+    """
+
+    words: str
+    before: Segment
+    position: Position
+    mode: MotionMode
+    tick: int
+
+
+class _Exact:
+    """Six joints in double precision, without limits of speed and acceleration."""
+
+    def __init__(self, arm: Arm, period_s: float, q: Joints) -> None:
+        self._solve = InverseKinematics(arm).solve
+        self._ranges = [(lower - END, upper + END) for lower, upper in arm.joint_limits]
+        self.joints = [JointSetpoint(period_s, angle) for angle in q]
+
+    def take(self, setpoint: CartesianSetpoint) -> str | None:
+        """Run the joints through a set-point; why they cannot, in words, or None."""
+        joints = self.joints
+        near_1 = setpoint.near_1 or [joint.turn_1(setpoint) for joint in joints]
+        try:
+            first = second = self._solve(
+                setpoint.T6_1, setpoint.configuration_1, near_1, _theta4(setpoint.near_1)
+            )
+            if setpoint.T6_2 is not None:
+                near_2 = setpoint.near_2 or [joint.turn_2 for joint in joints]
+                second = self._solve(
+                    setpoint.T6_2, setpoint.configuration_2, near_2, _theta4(setpoint.near_2)
+                )
+        except KinematicsError as error:
+            return str(error)
+        for k, (joint, (lower, upper)) in enumerate(zip(joints, self._ranges, strict=True)):
+            angle = joint.advance(setpoint, first[k], second[k])
+            if not lower <= angle <= upper:
+                return f"joint {k + 1} at {angle:.6g} rad"
+        return None
+
+
+def _theta4(near: Joints | None) -> float | None:
+    return None if near is None else near[3]
+
+
+def evidence(arm: Arm, planner: MovePlanner, case: Case, period_s: float) -> str | None:
+    """Why a refusal was due, in words; None if it was not.
+
+    Args:
+        arm: the arm.
+        planner: that refused, as it was.
+        case: the refusal.
+        period_s: tau, s.
+    """
+    for rule in RULES:
+        if rule in case.words:
+            return f"a rule: {rule}"
+    number = case.before.move.sequence + 1
+    try:
+        trial = planner.trial(case.before, case.position, case.mode, number, case.tick)
+    except RfmsError as error:
+        return f"no path: {error}"
+    factors = [1.0]
+    if case.mode.lengthen or "no segment time helps" in case.words:
+        factors += [2.0, case.mode.lengthen_at_most]
+    found = ""
+    for factor in factors:
+        broken = next(_broken(arm, trial, factor, period_s / FINER), None)
+        if broken is None:
+            return None
+        found = found or broken
+    return found
+
+
+def _broken(arm: Arm, trial: Trial, factor: float, tau: float) -> Iterator[str]:
+    """What breaks, in words, as the move is made ``factor`` times as slowly, in periods ``tau``."""
+    departed, move = trial.departed, trial.base.segment.move
+    generator = TrajectoryGenerator(tau, Blend.CONTINUOUS)
+    start = departed.goal
+    moves = _parts(trial, _finer(move, factor), tau)
+    if not departed.segment.rests:
+        start = _start_of(departed)
+        moves = (_finer(departed.segment.move, 1.0), *moves)
+    generator.enable(direct(arm, start), configuration_of(arm, start), start)
+    exact = _Exact(arm, tau, start)
+    try:
+        for number in dict.fromkeys(each.sequence for each in moves):
+            generator.request(*(each for each in moves if each.sequence == number))
+    except RfmsError as error:
+        yield f"not taken: {error}"
+        return
+    for _ in range(LONGEST):
+        setpoint = generator.tick()
+        refusal = exact.take(setpoint)
+        if refusal is not None:
+            yield refusal
+            return
+        if setpoint.sequence == move.sequence:
+            yield from _passed(arm, exact, tau, setpoint.h)
+        if generator.at_rest:
+            return
+    yield "it never ends"
+
+
+def _passed(arm: Arm, exact: _Exact, tau: float, h: float) -> Iterator[str]:
+    """Which limit a cycle passes, in words."""
+    for what, values, limits in (
+        ("rad/s", [joint.step / tau for joint in exact.joints], arm.speed_limits),
+        ("rad/s2", [joint.bend / tau**2 for joint in exact.joints], arm.acceleration_limits),
+    ):
+        ratios = np.abs(values) / limits
+        joint = int(ratios.argmax())
+        if ratios[joint] > 1.0 - ROUNDING:
+            yield f"joint {joint + 1} at {values[joint]:.4g} {what} at h = {h:.3f}"
+
+
+def _parts(trial: Trial, move: Move, tau: float) -> tuple[Move, ...]:
+    """A move of a large rotation in its parts."""
+    drive = trial.base.segment.drive
+    return (move,) if drive is None or trial.parts == 1 else in_parts(move, drive, tau)
+
+
+def _start_of(departed: DepartedSegment) -> Joints:
+    """Where the segment before began, rad."""
+    move = departed.segment.move
+    if move.start_angles is not None:
+        return move.start_angles
+    q1, q2, q3, q4, q5, q6 = (a + b for a, b in zip(departed.goal, departed.theta_BC, strict=True))
+    return (q1, q2, q3, q4, q5, q6)
+
+
+def _finer(move: Move, factor: float) -> Move:
+    """The same move in shorter periods."""
+    rest = move.rest_acceleration_ticks
+    return move._replace(
+        segment_ticks=round(move.segment_ticks * FINER * factor),
+        acceleration_ticks=move.acceleration_ticks * FINER,
+        rest_acceleration_ticks=None if rest is None else rest * FINER,
+    )
