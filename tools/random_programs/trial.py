@@ -11,9 +11,12 @@ from random_programs.draw import Move, Program
 from random_programs.joints import NodeJoints, RefusedError
 from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.kinematics import Joints
 from rfms_can.master.motion import Motion
+from rfms_can.master.trajectory.planning import with_straight_wrist
 from rfms_can.messages import (
     FeedRequest,
+    JointPositionMessage,
     ModeMessage,
     MoveRequest,
     PauseRequest,
@@ -27,6 +30,10 @@ from rfms_can.wire.vocabulary import Blend
 
 PERIOD_S: Final = 0.004
 PAUSE_TICKS: Final = 250
+REACHED: Final = 1e-6
+"""Rad a joint may be off the angle it was asked for ..."""
+HEARD: Final = 4e-6
+"""... and a node, which solves T6 of float32 where the wrist is bent by 0.05 or more."""
 LONGEST: Final = 60_000
 """Cycles until a program counts as one that never ends."""
 TOOL: Final = Transform.translation(0.0, 0.0, 0.1)
@@ -91,6 +98,7 @@ class Trial:
         self._before = np.array(program.start)
         self._step = np.zeros(6)
         self._remedies: Counter[str] = Counter()
+        self._asked: Joints | None = None  # of the last move that was accepted
         self.result = Result(seed, len(program.moves))
         self.setpoints: list[Any] | None = None
         self._motion.enable(program.start)
@@ -136,6 +144,7 @@ class Trial:
                 settings = _changed(settings, remedy)
             else:
                 result.accepted += not attempt
+                self._asked = None if move.angles is None else with_straight_wrist(move.angles)
                 return True
         return False
 
@@ -143,6 +152,9 @@ class Trial:
         """The position a move goes to; its name."""
         motion = self._motion
         name = f"n{number}"
+        if move.angles is not None:
+            motion.handle(JointPositionMessage(name, move.angles))
+            return name
         target = move.target @ TOOL
         motion.handle(TransformMessage(f"at {name}", target))
         right = [f"at {name}"]
@@ -173,9 +185,26 @@ class Trial:
         """Run until the arm is at rest and nothing is to come."""
         for _ in range(LONGEST):
             if self._motion.at_rest and not any(k >= self._tick for k in self._paces):
+                self._check_reached()
                 return
             self.step()
         raise RefusedError(f"not at rest after {LONGEST} cycles")
+
+    def _check_reached(self) -> None:
+        """The arm rests at the joint angles it was asked for last, if it was."""
+        if self._asked is None or self.result.broken:
+            return
+        for what, theta, bound in (
+            ("commanded", self._motion.commanded.theta, REACHED),
+            ("solved by the nodes", self._before, HEARD),
+        ):
+            off = np.abs(np.subtract(theta, self._asked))
+            if off.max() > bound:
+                joint = int(off.argmax())
+                raise RefusedError(
+                    f"joint {joint + 1} rests at {theta[joint]:.9g} rad ({what}), and "
+                    f"{self._asked[joint]:.9g} rad was asked for"
+                )
 
     def step(self) -> None:
         """One cycle."""
