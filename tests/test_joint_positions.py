@@ -10,7 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
+from random_programs.draw import JOINT_COORDINATES, Move, draw
+from random_programs.draw import Program as Random
 from random_programs.joints import NodeJoints
+from random_programs.trial import Trial
 from support.motion import PERIOD_S, Program
 from support.trajectory import REST
 
@@ -384,6 +387,24 @@ def test_a_redefinition_that_cannot_be_made_changes_nothing(wire: Wire) -> None:
     run.has_reached(there)
 
 
+def test_a_refused_change_from_equation_to_angles_leaves_what_uses_what(wire: Wire) -> None:
+    run = Run(wire)
+    run.joint_position("a", by(REST, j1=0.05))
+    run.equation("b", by(REST, j1=0.1))
+    run.move("a", "line")
+    run.move("b", "line")
+    run.listen(5)
+    with pytest.raises(MoveError, match="position 'b' stays as it was"):
+        run.joint_position("b", by(REST, j1=0.1, j6=2.0 * math.pi - 3.0))
+    with pytest.raises(TransformError, match="transform 'b' is used by position 'b'"):
+        run.remove("b", "transform")
+    run.listen()
+    run.has_reached(by(REST, j1=0.1))
+    run.remove("b", "position")
+    run.remove("b")
+    assert run.motion.world.names().sizes == {"transform": 0, "position": 1, "mode": 3}
+
+
 def test_a_position_is_removed_when_no_move_needs_it(wire: Wire) -> None:
     run = Run(wire)
     run.joint_position("a", by(REST, j1=0.3))
@@ -456,3 +477,38 @@ def test_poses_of_a_run_are_the_asked_for_pose(wire: Wire) -> None:
     there = at(REST, j4=math.radians(200.0), j6=math.radians(-200.0))
     run.go(there)
     assert np.array(run.setpoints[-1].T6_1) == approx(np.array(direct(PUMA_260, there)), abs=1e-12)
+
+
+# --- random programs -----------------------------------------------------------------------------
+
+
+def test_random_programs_ask_for_a_share_of_their_joint_moves_by_angles() -> None:
+    programs = [draw(PUMA_260, seed) for seed in range(300)]
+    assert programs[:20] == [draw(PUMA_260, seed) for seed in range(20)]
+    moves = [move for program in programs for move in program.moves]
+    by_angles = [move for move in moves if move.angles is not None]
+    resting = [m for m in moves if m.mode["interpolation"] == "joint" and m.function is None]
+    assert all(move in resting for move in by_angles)
+    assert len(by_angles) / len(resting) == approx(JOINT_COORDINATES, abs=0.05)
+    for move in by_angles:
+        assert move.angles is not None and direct(PUMA_260, move.angles) == move.target
+
+
+@pytest.mark.parametrize("seed", range(0, 40, 4))
+def test_random_programs_end_at_the_angles_they_ask_for(seed: int) -> None:
+    program = draw(PUMA_560, seed)
+    *_, last = program.moves
+    there = last.angles or at(PUMA_560.park, j6=math.radians(200.0))
+    moves = [*program.moves[:-1], last._replace(function=None, angles=there)]
+    assert Trial(PUMA_560, program._replace(moves=moves), seed).run().broken == ""
+
+
+def test_a_trial_tells_of_a_turn_that_was_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "rfms_can.master.trajectory.planning.base_path.joint_coordinates", lambda _: None
+    )
+    mode = {"interpolation": "joint", "acceleration_time": 0.2, "joint_speed": 0.5}
+    there = at(REST, j6=math.radians(200.0))
+    move = Move("near", direct(PUMA_260, there), "", None, mode, True, 0, None, there)
+    broken = Trial(PUMA_260, Random(REST, [move]), 0).run().broken
+    assert broken.startswith("joint 6 rests at -2.7925") and "3.4906" in broken

@@ -99,6 +99,7 @@ class Trial:
         self._step = np.zeros(6)
         self._remedies: Counter[str] = Counter()
         self._asked: Joints | None = None  # of the last move that was accepted
+        self._behind = False  # whether a joint lags behind its path
         self.result = Result(seed, len(program.moves))
         self.setpoints: list[Any] | None = None
         self._motion.enable(program.start)
@@ -194,10 +195,10 @@ class Trial:
         """The arm rests at the joint angles it was asked for last, if it was."""
         if self._asked is None or self.result.broken:
             return
-        for what, theta, bound in (
-            ("commanded", self._motion.commanded.theta, REACHED),
-            ("solved by the nodes", self._before, HEARD),
-        ):
+        rests = [("commanded", self._motion.commanded.theta, REACHED)]
+        if not self._behind:
+            rests.append(("solved by the nodes", _joints(self._before), HEARD))
+        for what, theta, bound in rests:
             off = np.abs(np.subtract(theta, self._asked))
             if off.max() > bound:
                 joint = int(off.argmax())
@@ -221,8 +222,8 @@ class Trial:
             result.broken = motion.stopped_short
         told, displacement = motion.commanded.told, motion.displaced(None)
         theta = np.array(self._nodes.take(setpoint, told, displacement, self._tick))
-        if displacement is not None:
-            result.lagged += 1
+        self._behind = displacement is not None
+        result.lagged += self._behind
         step = theta - self._before
         bends = np.abs(step - self._step) / self._bend_limits
         if not self._tick:  # its pose is where the arm stands, but for rounding
@@ -233,6 +234,11 @@ class Trial:
             result.joint = int(bends.argmax()) + 1
         self._before, self._step = theta, step
         self._tick += 1
+
+
+def _joints(values: Any) -> Joints:
+    q1, q2, q3, q4, q5, q6 = (float(value) for value in values)
+    return (q1, q2, q3, q4, q5, q6)
 
 
 def _changed(settings: dict[str, Any], remedy: dict[str, Any]) -> dict[str, Any]:

@@ -133,19 +133,15 @@ class WorldModel:
         self._enter(known)
         return position
 
-    def define_joint_position(self, position: JointPosition) -> JointPosition:
-        """Enter a position in joint coordinates, or define it again; what now has its name.
+    def define_joint_position(self, position: JointPosition) -> None:
+        """Enter a position in joint coordinates, or define it again.
 
         Raises:
             EquationError: one too many. Nothing has changed.
         """
-        known = self._positions.get(position.name)
-        if known is None:
+        if position.name not in self._positions:
             self._positions.check_room(position.name)
-        elif isinstance(known, JointPosition) and known.is_same(position):
-            return known
         self._enter(position)
-        return position
 
     def define_mode(self, message: ModeMessage) -> MotionMode:
         """Enter a mode, or define it again.

@@ -49,13 +49,13 @@ def configuration_for(
 
 
 def check_reached(base: Base) -> None:
-    """The segment of ``base`` ends at the joint angles its goal is given by, if it is.
+    """A straight line ends at the joint angles its goal is given by, if it is.
 
     Raises:
-        MoveError: it is a straight line that ends at other ones.
+        MoveError: it ends at other ones.
     """
     asked = joint_coordinates(base.segment.move.target)
-    if asked is None:
+    if asked is None or base.segment.drive is None:
         return
     off = [abs(a - b) for a, b in zip(asked, base.goal, strict=True)]
     joint = next((k for k, each in enumerate(off) if not each <= REACHED), None)
