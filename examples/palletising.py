@@ -25,9 +25,8 @@ ASKEW = math.radians(10.0)
 
 
 def program(arm: Arm) -> None:
-    """Fill the pallet and go home."""
+    """Fill the pallet and go home, joint by joint: on the turns the arm was parked on."""
     hand = arm.pose
-    home = arm.transform("home", hand)
     tool = arm.transform("tool", Transform.translation(0.0, 0.0, 0.1354))
     bench = Transform.translation(hand.px, hand.py, hand.pz - 0.24)
     pallet = arm.transform("pallet", bench @ pallet_on_bench())
@@ -39,7 +38,7 @@ def program(arm: Arm) -> None:
     near = arm.mode(
         "near", speed=0.12, acceleration_time=0.15, interpolation="cartesian", lengthen=True
     )
-    park = arm.position("park", arm.t6 == home)
+    park = arm.joint_position("park", arm.joints)
     at_feeder = arm.position("at feeder", arm.t6 @ tool == feeder)
     over_feeder = arm.position("over feeder", arm.t6 @ tool == feeder @ back)
 

@@ -16,6 +16,7 @@
     ├── ProgramError        a request of a user program is refused
     │   ├── TransformError      a transform that is invalid, is unknown, or changes its kind
     │   ├── EquationError       a position equation without exactly one T6, or unsolvable
+    │   ├── JointPositionError  joint angles that are not six in their ranges
     │   ├── ModeError           a mode that contradicts itself
     │   ├── MoveError           a move that breaks a rule of the trajectory generator
     │   ├── StoppedError        a move that was stopped or dropped before its goal
@@ -91,6 +92,10 @@ class ProgramError(RfmsError):
 
 class EquationError(ProgramError, ValueError):
     """A position equation that cannot be solved for T6."""
+
+
+class JointPositionError(ProgramError, ValueError):
+    """A position in joint coordinates that is not six angles in the ranges of their joints."""
 
 
 class TransformError(ProgramError, ValueError):

@@ -20,12 +20,19 @@ from rfms_can.coordinator import (
     Transform,
     Weave,
 )
-from rfms_can.errors import EquationError, ModeError, ProgramError, TransformError
+from rfms_can.errors import (
+    EquationError,
+    JointPositionError,
+    ModeError,
+    ProgramError,
+    TransformError,
+)
 from rfms_can.messages import (
     Answer,
     ComplyRequest,
     FeedRequest,
     GripperRequest,
+    JointPositionMessage,
     LockRequest,
     Message,
     ModeMessage,
@@ -157,6 +164,40 @@ def test_the_arm_stands_in_an_equation_once(arm: Arm, link: FakeLink, times: int
     left = Expression(*["t6"] * times, "tool")
     with pytest.raises(EquationError, match=rf"position 'at': t6 occurs {times} times in .*tool"):
         arm.position("at", left == Expression("part"))
+    assert link.heard == []
+
+
+ANGLES = (0.1, 1.4, -3.3, 0.1, -1.25, 3.5)
+
+
+def test_joint_angles_of_any_sequence(arm: Arm, link: FakeLink) -> None:
+    given: list[Any] = [ANGLES, list(ANGLES), np.array(ANGLES)]
+    names = [arm.joint_position(f"p{k}", angles) for k, angles in enumerate(given)]
+    assert names == ["p0", "p1", "p2"]
+    assert link.heard == [JointPositionMessage(name, ANGLES) for name in names]
+
+
+@pytest.mark.parametrize(
+    ("angles", "complaint"),
+    [
+        (ANGLES[:5], r"angles .*length 6.*5; give six joint angles in rad, as in arm\.joints"),
+        ((*ANGLES, 0.0), r"angles .*length 6.*7; give six joint angles in rad"),
+        ((*ANGLES[:5], math.nan), "joint 6 at nan rad: give a finite angle inside its range"),
+        ((-math.inf, *ANGLES[1:]), "joint 1 at -inf rad: give a finite angle"),
+        ((*ANGLES[:5], "200 deg"), r"angles\[5\] '200 deg': expected `float`, got `str`; give six"),
+        ("0 1 2 3 4 5", "angles '0 1 2 3 4 5': expected `array`, got `str`; give six"),
+        (None, "angles None: expected `array`, got `null`; give six"),
+        (1.0, r"angles 1\.0: expected `array`, got `float`; give six"),
+        (THERE, r"angles .*length 6.*12; give six joint angles"),
+        ({1: 0.1}, "angles .*expected `array`, got `object`; give six"),
+    ],
+)
+def test_what_are_not_six_angles_is_refused_in_one_line(
+    arm: Arm, link: FakeLink, angles: Any, complaint: str
+) -> None:
+    with pytest.raises(JointPositionError, match=f"position 'p': {complaint}") as refused:
+        arm.joint_position("p", angles)
+    assert "\n" not in str(refused.value)
     assert link.heard == []
 
 

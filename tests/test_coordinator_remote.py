@@ -16,6 +16,7 @@ from rfms_can.coordinator.remote import RemoteLink
 from rfms_can.errors import (
     EquationError,
     FaultError,
+    JointPositionError,
     LeaseError,
     LinkError,
     ModeError,
@@ -176,6 +177,10 @@ def no_rotation(arm: Arm) -> None:
     arm.transform("skew", Transform.identity()._replace(nx=2.0))
 
 
+def out_of_range(arm: Arm) -> None:
+    arm.joint_position("wound", (*arm.joints[:5], 8.0))
+
+
 def contradiction(arm: Arm) -> None:
     arm.mode("odd", segment_time=1.0, speed=0.1, acceleration_time=0.1)
 
@@ -193,6 +198,7 @@ def out_of_reach(arm: Arm) -> None:
         (unknown_position, ProgramError, "'nowhere'"),
         (unknown_transform, EquationError, "position 'b': transform 'a' is not defined"),
         (no_rotation, TransformError, "transform 'skew' is not a rotation"),
+        (out_of_range, JointPositionError, "'wound': joint 6 of puma260 at 8 rad .458.366 deg. is"),
         (contradiction, ModeError, "mode 'odd': a segment time of 1 s and speed"),
         (out_of_reach, MoveError, "'there' with 'slow'.* reach is"),
     ],

@@ -9,11 +9,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rfms_can.arm import PUMA_260
 from rfms_can.errors import EquationError, ModeError, ProgramError, TransformError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.world import Limits, WorldModel
-from rfms_can.messages import T6, Linear, ModeMessage, PositionMessage, TransformMessage
+from rfms_can.master.world import JointPosition, Limits, WorldModel
+from rfms_can.messages import (
+    T6,
+    JointPositionMessage,
+    Linear,
+    ModeMessage,
+    PositionMessage,
+    TransformMessage,
+)
 from rfms_can.transform import Transform
 
 OWN = Configuration(True, False, True)
@@ -223,6 +231,11 @@ def test_tables_hold_so_many_and_redefinitions_need_no_room(
     world.define_position(to("f1", name="p7"))
     with pytest.raises(EquationError, match=f"'more' is one too many: 60 are .*; {way_out}"):
         world.define_position(to("f0", name="more"))
+    angles = JointPosition(
+        JointPositionMessage("more", (0.1, 1.4, -3.3, 0.1, -1.25, 0.1)), PUMA_260
+    )
+    with pytest.raises(EquationError, match=f"'more' is one too many: 60 are .*; {way_out}"):
+        world.define_joint_position(angles)
     for k in range(50):
         world.define_mode(ModeMessage(f"m{k}", "joint", 0.2, 2.0))
     world.define_mode(ModeMessage("m7", "joint", 0.2, 3.0))

@@ -16,6 +16,7 @@ from rfms_can.coordinator.sensor import Sensor, connect_sensor
 from rfms_can.errors import (
     EquationError,
     FaultError,
+    JointPositionError,
     LeaseError,
     LinkError,
     ModeError,
@@ -50,6 +51,7 @@ __all__ = [
     "Expression",
     "FaultError",
     "Gripper",
+    "JointPositionError",
     "LeaseError",
     "Linear",
     "Link",

@@ -129,6 +129,12 @@ class AsyncArm(ArmView):
         self._moves.redefined(await self._link.request(message))
         return name
 
+    async def joint_position(self, name: str, angles: Sequence[float]) -> str:
+        """See :meth:`Arm.joint_position`."""
+        message = definitions.joint_position(name, angles)
+        self._moves.redefined(await self._link.request(message))
+        return name
+
     async def mode(self, name: str, **settings: Unpack[ModeSettings]) -> str:
         """See :meth:`Arm.mode`."""
         self._moves.redefined(await self._link.request(definitions.mode(name, settings)))

@@ -190,6 +190,25 @@ class Arm(ArmView):
         self._moves.redefined(self._link.request(message))
         return name
 
+    def joint_position(self, name: str, angles: Sequence[float]) -> str:
+        """Define a position by joint angles (thesis III.1), or define it again.
+
+        A move to it ends at these angles, on these turns; a straight line that would end on
+        another turn is refused. It is defined again, and removed, as any other position is. Its
+        tool and its compliance frame are those of T6.
+
+        Args:
+            name: its name.
+            angles: of the joints 1 to 6, rad, as in ``arm.joints``.
+
+        Raises:
+            JointPositionError: not six angles, or one is outside the range of its joint.
+            EquationError: it is one too many.
+            MoveError: an accepted move could no longer be made to it; nothing has changed.
+        """
+        self._moves.redefined(self._link.request(definitions.joint_position(name, angles)))
+        return name
+
     def mode(self, name: str, **settings: Unpack[ModeSettings]) -> str:
         """Define the motion parameters of a segment, or define them again.
 

@@ -5,6 +5,7 @@ checks are those of the message types, so an error is reported with the line of 
 server repeats them and adds those that need the world model.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from rfms_can.coordinator.mode_settings import ModeSettings
 from rfms_can.coordinator.validation import checked
 from rfms_can.errors import (
     EquationError,
+    JointPositionError,
     ModeError,
     MoveError,
     ProgramError,
@@ -27,6 +29,7 @@ from rfms_can.messages import (
     FeedRequest,
     GrantRequest,
     GripperRequest,
+    JointPositionMessage,
     LockRequest,
     ModeMessage,
     MoveRequest,
@@ -204,6 +207,28 @@ def position(
         config,
     )
     return checked(message, EquationError, f"position {name!r}")
+
+
+def joint_position(name: str, angles: Sequence[float]) -> JointPositionMessage:
+    """A position by joint angles, rad (6).
+
+    Raises:
+        JointPositionError: they are not six finite numbers, or the name is empty or too long.
+    """
+    what = f"position {name!r}"
+    given = JointPositionMessage(name, angles)  # type: ignore[arg-type]
+    try:
+        message = checked(given, JointPositionError, what)
+    except JointPositionError as error:
+        raise JointPositionError(
+            f"{error}; give six joint angles in rad, as in arm.joints"
+        ) from error
+    for joint, angle in enumerate(message.angles, 1):
+        if not math.isfinite(angle):
+            raise JointPositionError(
+                f"{what}: joint {joint} at {angle} rad: give a finite angle inside its range"
+            )
+    return message
 
 
 def mode(name: str, settings: ModeSettings) -> ModeMessage:

@@ -7,7 +7,7 @@ from rfms_can.arm import Load
 from rfms_can.compliance.selection import Selection
 from rfms_can.master.force.specification import ForceRequest, Specification
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.world import MotionMode, Position, WorldModel
+from rfms_can.master.world import AnyPosition, MotionMode, WorldModel
 from rfms_can.messages import Vector6
 from rfms_can.messages.world import What
 from rfms_can.tables import complete
@@ -39,7 +39,7 @@ class AcceptedMove(NamedTuple):
     """
 
     request: Request
-    position: Position
+    position: AnyPosition
     mode: MotionMode
     specification: Specification
 
@@ -63,7 +63,7 @@ class AcceptedMove(NamedTuple):
 
     @classmethod
     def _of(
-        cls, request: Request, position: Position, mode: MotionMode, tick: int
+        cls, request: Request, position: AnyPosition, mode: MotionMode, tick: int
     ) -> "AcceptedMove":
         """Its mode says what complies, or else the program has said it."""
         selection, bias = mode.comply or (request.selection, request.bias)

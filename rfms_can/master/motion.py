@@ -21,11 +21,12 @@ from rfms_can.master.trajectory.lag import KEPT, LARGEST, Lag
 from rfms_can.master.trajectory.planning import MovePlanner, with_straight_wrist
 from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.master.waiting_moves import WaitingMoves
-from rfms_can.master.world import Limits, WorldModel
+from rfms_can.master.world import JointPosition, Limits, WorldModel
 from rfms_can.messages import (
     Answer,
     ComplyRequest,
     FeedRequest,
+    JointPositionMessage,
     LockRequest,
     Message,
     ModeMessage,
@@ -41,7 +42,7 @@ from rfms_can.messages import (
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.wire.vocabulary import Blend
 
-Definition = TransformMessage | PositionMessage | ModeMessage
+Definition = TransformMessage | PositionMessage | JointPositionMessage | ModeMessage
 NOTED: Final = Answer()
 """The answer to what has no more to say."""
 Vet = Callable[[ForceRequest, Joints, bool], str | None]
@@ -92,6 +93,7 @@ class Motion:
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define,
             PositionMessage: self._define,
+            JointPositionMessage: self._define,
             ModeMessage: self._define,
             RemoveRequest: self._remove,
             MoveRequest: self._move,
@@ -165,6 +167,9 @@ class Motion:
     def _define_transform(self, message: TransformMessage) -> None:
         limits = self._limits(message.name)
         self.world.define_transform(message, self.generator.tick_count, limits)
+
+    def _define_joint_position(self, message: JointPositionMessage) -> None:
+        self.world.define_joint_position(JointPosition(message, self._arm))
 
     def _remove(self, request: RemoveRequest) -> None:
         """Remove a name that no position uses, and no move that is not over."""
@@ -385,6 +390,7 @@ class Motion:
 _ENTER: Final[dict[type[Definition], Callable[[Motion, Any], object]]] = {
     TransformMessage: Motion._define_transform,
     PositionMessage: lambda motion, message: motion.world.define_position(message),
+    JointPositionMessage: Motion._define_joint_position,
     ModeMessage: lambda motion, message: motion.world.define_mode(message),
 }
 """What enters a definition into the world model."""

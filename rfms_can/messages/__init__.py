@@ -44,6 +44,7 @@ from rfms_can.messages.session import (
     WorldNames,
 )
 from rfms_can.messages.world import (
+    JointPositionMessage,
     ModeMessage,
     PositionMessage,
     RemoveRequest,
@@ -72,6 +73,7 @@ __all__ = [
     "GrantRequest",
     "GripperRequest",
     "JawAtRest",
+    "JointPositionMessage",
     "LeaseRequest",
     "Linear",
     "LockRequest",

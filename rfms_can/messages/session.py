@@ -25,6 +25,7 @@ from rfms_can.messages.requests import (
 )
 from rfms_can.messages.sensors import GrantRequest, SensorRequest
 from rfms_can.messages.world import (
+    JointPositionMessage,
     Kind,
     ModeMessage,
     PositionMessage,
@@ -109,6 +110,7 @@ class WaitRequest(Message, frozen=True, tag="WAIT"):
 ArmRequest = (
     TransformMessage
     | PositionMessage
+    | JointPositionMessage
     | ModeMessage
     | RemoveRequest
     | MoveRequest

@@ -82,6 +82,20 @@ class PositionMessage(Message, frozen=True, tag="POSITION"):
     configuration: str | None = None
 
 
+class JointPositionMessage(Message, frozen=True, tag="JOINT_POSITION"):
+    """Define a position, or redefine it, by six joint angles; each must be in its joint's range.
+
+    It stands in the same table as the positions of equations. Tool and compliance frame are T6.
+
+    Attributes:
+        name: its name in the world model.
+        angles: of the joints 1 to 6, rad; which turn matters.
+    """
+
+    name: Name
+    angles: Vector6
+
+
 class ModeMessage(Message, frozen=True, tag="MODE"):
     """Define the motion parameters of a segment, or redefine them.
 

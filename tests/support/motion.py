@@ -1,11 +1,13 @@
 """A program's motion without a bus: definitions and moves of an arm at park, and its set-points."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from rfms_can.arm import PUMA_260
+from rfms_can.arm import PUMA_260, Arm
 from rfms_can.master.motion import Motion
 from rfms_can.messages import (
     Answer,
+    JointPositionMessage,
     ModeMessage,
     MoveRequest,
     PositionMessage,
@@ -20,7 +22,11 @@ PERIOD_S = 0.004
 
 
 class Program:
-    """An arm at park, and a program of it: one set-point a cycle.
+    """An arm, and a program of it: one set-point a cycle.
+
+    Args:
+        arm: the arm.
+        start: joint angles it is at, rad; at park if None.
 
     Attributes:
         motion: of the master.
@@ -28,9 +34,11 @@ class Program:
         setpoints: all that were made.
     """
 
-    def __init__(self, **settings: Any) -> None:
-        self.motion = Motion(PUMA_260, PERIOD_S, Blend.CONTINUOUS, lambda *_: None, **settings)
-        self.motion.enable(PUMA_260.park)
+    def __init__(
+        self, arm: Arm = PUMA_260, start: Sequence[float] | None = None, **settings: Any
+    ) -> None:
+        self.motion = Motion(arm, PERIOD_S, Blend.CONTINUOUS, lambda *_: None, **settings)
+        self.motion.enable(arm.park if start is None else start)
         self.park = self.motion.generator.tick().T6_1
         self.setpoints: list[CartesianSetpoint] = []
 
@@ -42,6 +50,11 @@ class Program:
     def position(self, name: str, *right: str) -> Answer:
         """A position by the transforms right of ``t6 ==``."""
         return self.motion.handle(PositionMessage(name, ["t6"], list(right)))
+
+    def joint_position(self, name: str, angles: Sequence[float]) -> Answer:
+        """A position by its joint angles, rad."""
+        q1, q2, q3, q4, q5, q6 = angles
+        return self.motion.handle(JointPositionMessage(name, (q1, q2, q3, q4, q5, q6)))
 
     def place(self, name: str, x: float, y: float = 0.0, z: float = 0.0) -> None:
         """A transform, and the position of that name."""

@@ -26,7 +26,7 @@ MIX: Final = {
 }
 """Where a move goes: anywhere in the ranges; near where the arm is; to or next to a singularity; to
 an end of a range; by half a turn of joint 4 or 6."""
-MIX_NUMBER: Final = 1
+MIX_NUMBER: Final = 2
 """Changes with the way programs are drawn, so that results of two ways are not mixed."""
 MOVES: Final = (2, 4)
 """Fewest and most moves of a program."""
@@ -38,6 +38,8 @@ GENTLE: Final = 0.88
 """Part of the modes that let a segment be lengthened."""
 VIA: Final = 0.5
 """Part of the moves that are asked for before the one before is complete."""
+JOINT_COORDINATES: Final = 0.25
+"""Part of the moves in joint mode to a goal at rest that are asked for by joint angles."""
 PACES: Final = 0.15
 """Part of the moves under which feed rate or pause change."""
 
@@ -58,6 +60,7 @@ class Move(NamedTuple):
         waits: whether the next one is asked for when this one is complete.
         after: cycles after which the next one is asked for where it does not wait.
         pace: cycles after its request, and the feed rate from then on; 0 is a pause of a second.
+        angles: its target in joint coordinates, rad, where it is asked for by these; or None.
     """
 
     kind: str
@@ -68,6 +71,7 @@ class Move(NamedTuple):
     waits: bool
     after: int
     pace: tuple[int, float] | None
+    angles: Joints | None = None
 
 
 class Program(NamedTuple):
@@ -78,8 +82,12 @@ class Program(NamedTuple):
 
 
 def draw(arm: Arm, seed: int) -> Program:
-    """The program of a seed; the same for ever."""
-    rng = np.random.default_rng(seed)
+    """The program of a seed; the same for ever.
+
+    What is asked for in joint coordinates has random numbers of its own: but for that, programs are
+    what they were before.
+    """
+    rng, joint_rng = np.random.default_rng(seed), np.random.default_rng((seed, 1))
     q = start = _anywhere(rng, arm)
     moves = []
     for _ in range(int(rng.integers(MOVES[0], MOVES[1] + 1))):
@@ -92,6 +100,7 @@ def draw(arm: Arm, seed: int) -> Program:
         if straight and configuration_of(arm, there) != configuration_of(arm, q):
             there = _flipped_like(arm, there, q)
         function = _function(rng) if rng.random() < MOVING else None
+        by_angles = joint_rng.random() < JOINT_COORDINATES and not straight and function is None
         pace = None
         if rng.random() < PACES:
             pace = (int(rng.integers(1, 400)), float(rng.choice([0.0, 0.3, 0.6, 1.0])))
@@ -105,6 +114,7 @@ def draw(arm: Arm, seed: int) -> Program:
                 bool(rng.random() > VIA),
                 int(rng.integers(0, 250)),
                 pace,
+                there if by_angles else None,
             )
         )
         q = there

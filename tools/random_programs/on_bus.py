@@ -154,11 +154,15 @@ class Batch:
 
     def _ask(self, arm: Coordinator, tool: Any, name: str, move: Move) -> None:
         """Ask for a move; see ``Trial``."""
+        mode = arm.mode(name, **move.mode)
+        if move.angles is not None:
+            arm.move(arm.joint_position(name, move.angles), mode)
+            return
         goal = arm.transform(f"at {name}", move.target @ TOOL)
         if move.function is not None:
             goal = goal @ arm.functional(f"by {name}", move.function)
         position = arm.position(name, arm.t6 @ tool == goal, tool=tool, config=move.configuration)
-        arm.move(position, arm.mode(name, **move.mode))
+        arm.move(position, mode)
 
     def _go_on(self, arm: Coordinator, move: Move) -> None:
         """Wait, or go on after some cycles; change the pace after the request."""

@@ -3,15 +3,20 @@
 from functools import cache
 from typing import Any, Final, NamedTuple
 
+import numpy as np
+
 from random_programs.draw import Move, Program
 from random_programs.fine import Case, evidence
 from random_programs.joints import NodeJoints, RefusedError
 from random_programs.judge import Judge
 from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.kinematics import Joints
 from rfms_can.master.motion import Motion
+from rfms_can.master.trajectory.planning import with_straight_wrist
 from rfms_can.messages import (
     FeedRequest,
+    JointPositionMessage,
     ModeMessage,
     MoveRequest,
     PauseRequest,
@@ -25,6 +30,9 @@ from rfms_can.wire.vocabulary import Blend
 
 PERIOD_S: Final = 0.004
 PAUSE_TICKS: Final = 250
+REACHED: Final = 4e-6
+"""Largest distance of a joint from the angle it was asked for, rad, at rest: what a pose of float32
+leaves of it."""
 LONGEST: Final = 60_000
 """Cycles until a program counts as one that never ends."""
 TOOL: Final = Transform.translation(0.0, 0.0, 0.1)
@@ -99,6 +107,8 @@ class Trial:
         self._accepted = self._lagged = 0
         self._refused = self._kind = self._broken = ""
         self._remedies: list[str] = []
+        self._asked: Joints | None = None  # of the last move that was accepted
+        self._behind = False  # whether a joint lags behind its path
         self._motion.enable(program.start)
         self._motion.handle(TransformMessage("tool", TOOL))
 
@@ -144,6 +154,7 @@ class Trial:
                 settings = _changed(settings, remedy)
             else:
                 self._accepted += not attempt
+                self._asked = None if move.angles is None else with_straight_wrist(move.angles)
                 return True
         return False
 
@@ -165,6 +176,9 @@ class Trial:
         """The position a move goes to; its name."""
         motion = self._motion
         name = f"n{number}"
+        if move.angles is not None:
+            motion.handle(JointPositionMessage(name, move.angles))
+            return name
         motion.handle(TransformMessage(f"at {name}", move.target @ TOOL))
         right = [f"at {name}"]
         if move.function is not None:
@@ -192,9 +206,23 @@ class Trial:
         """Run until the arm is at rest and nothing is to come."""
         for _ in range(LONGEST):
             if self._motion.at_rest and not any(k >= self._tick for k in self._paces):
+                self._check_reached()
                 return
             self.step()
         raise RefusedError(f"not at rest after {LONGEST} cycles")
+
+    def _check_reached(self) -> None:
+        """The arm rests at the joint angles it was asked for last, if it was."""
+        if self._asked is None or self._broken or self._behind:
+            return
+        theta = self._motion.commanded.theta
+        off = np.abs(np.subtract(theta, self._asked))
+        if off.max() > REACHED:
+            joint = int(off.argmax())
+            raise RefusedError(
+                f"joint {joint + 1} rests at {theta[joint]:.9g} rad, and "
+                f"{self._asked[joint]:.9g} rad was asked for"
+            )
 
     def step(self) -> None:
         """One cycle."""
@@ -208,9 +236,10 @@ class Trial:
         if motion.stopped_short is not None:
             self._broken = self._broken or f"stopped short: {motion.stopped_short}"
         told, displacement = motion.commanded.told, motion.displaced(None)
-        self._lagged += displacement is not None
+        self._behind = displacement is not None
+        self._lagged += self._behind
         angles = self._nodes.take(setpoint, told, displacement, self._tick)
-        if displacement is None and tuple(angles) != motion.commanded.theta:
+        if not self._behind and tuple(angles) != motion.commanded.theta:
             raise RefusedError(f"the joints are not where the master has them at {self._tick}")
         self._judge.take(angles)
         self._tick += 1

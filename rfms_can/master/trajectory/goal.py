@@ -1,7 +1,8 @@
 """Goals as the world model solves them, and the moments at which they are evaluated."""
 
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
+from rfms_can.kinematics import Joints
 from rfms_can.transform import Transform
 
 
@@ -44,13 +45,20 @@ class Goal(Protocol):
 
 
 class FixedGoal:
-    """A goal that never moves: T6 W(tool) = ``target``, L = ``target``, R = ``tool``^-1."""
+    """A goal that never moves: T6 W(tool) = ``target``, L = ``target``, R = ``tool``^-1.
 
-    __slots__ = ("_left", "_pose", "_right")
+    Attributes:
+        angles: of the joints, rad, if it is given in joint coordinates; T6 is theirs.
+    """
+
+    __slots__ = ("_left", "_pose", "_right", "angles")
 
     constant = True
 
-    def __init__(self, target: Transform, tool: Transform | None = None) -> None:
+    def __init__(
+        self, target: Transform, tool: Transform | None = None, angles: Joints | None = None
+    ) -> None:
+        self.angles: Final = angles
         self._left = target
         self._right = Transform.identity() if tool is None else tool.inverse()
         self._pose = target if tool is None else target @ self._right
@@ -66,3 +74,8 @@ class FixedGoal:
     def pose(self, moment: Moment) -> Transform:
         """T6 with the tool at the target."""
         return self._pose
+
+
+def joint_coordinates(goal: Goal) -> Joints | None:
+    """The joint angles, rad, that a goal is given by; None of one that is given by T6."""
+    return goal.angles if isinstance(goal, FixedGoal) else None

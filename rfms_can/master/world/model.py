@@ -7,6 +7,7 @@ from typing import Any, Final, NamedTuple, get_args
 from rfms_can.errors import EquationError, KinematicsError, ModeError, ProgramError, TransformError
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.world.joint_position import JointPosition
 from rfms_can.master.world.modes import Limits, MotionMode
 from rfms_can.master.world.position import Position, PositionEquation
 from rfms_can.master.world.reference import Reference
@@ -15,6 +16,7 @@ from rfms_can.master.world.transforms import Transforms
 from rfms_can.messages import (
     NAMES_LISTED,
     T6,
+    JointPositionMessage,
     ModeMessage,
     PositionMessage,
     RemoveRequest,
@@ -24,7 +26,9 @@ from rfms_can.messages import (
 from rfms_can.messages.world import What
 from rfms_can.tables import complete
 
-Definition = TransformMessage | PositionMessage | ModeMessage
+Definition = TransformMessage | PositionMessage | JointPositionMessage | ModeMessage
+AnyPosition = Position | JointPosition
+"""Where a move may go."""
 
 
 class WorldModel:
@@ -38,7 +42,7 @@ class WorldModel:
     def __init__(self, configuration: Configuration, period_s: float) -> None:
         self.configuration = configuration
         self._transforms: Final = Transforms(period_s)
-        self._positions: Final = SymbolTable[PositionEquation](
+        self._positions: Final = SymbolTable[PositionEquation | JointPosition](
             "position", MAX_POSITIONS, EquationError
         )
         self._modes: Final = SymbolTable[MotionMode]("mode", MAX_MODES, ModeError)
@@ -114,7 +118,10 @@ class WorldModel:
         except KinematicsError as error:
             raise EquationError(f"position {name!r}: {error}") from error
         table = self._transforms.table
-        if known is None or (known.message, known.configuration) != (message, configuration):
+        if not isinstance(known, PositionEquation) or (known.message, known.configuration) != (
+            message,
+            configuration,
+        ):
             known = PositionEquation(message, configuration)
             for transform in known.transforms:
                 if transform not in table:
@@ -125,6 +132,16 @@ class WorldModel:
         position = known.bind(table)
         self._enter(known)
         return position
+
+    def define_joint_position(self, position: JointPosition) -> None:
+        """Enter a position in joint coordinates, or define it again.
+
+        Raises:
+            EquationError: one too many. Nothing has changed.
+        """
+        if position.name not in self._positions:
+            self._positions.check_room(position.name)
+        self._enter(position)
 
     def define_mode(self, message: ModeMessage) -> MotionMode:
         """Enter a mode, or define it again.
@@ -142,7 +159,7 @@ class WorldModel:
         self._modes[name] = mode
         return mode
 
-    def note_levers(self, position: Position, tick: int) -> None:
+    def note_levers(self, position: AnyPosition, tick: int) -> None:
         """Corrections of its references are to mind how far from them a position is.
 
         Args:
@@ -168,7 +185,7 @@ class WorldModel:
 
     def restore(self, former: "Former") -> None:
         """Let a name that was known stand for what it stood for."""
-        if isinstance(former.entry, PositionEquation):
+        if former.what == "position":
             self._enter(former.entry)
         else:
             _TABLES[former.what](self)[former.name] = former.entry
@@ -206,7 +223,7 @@ class WorldModel:
 
     def remove(self, former: "Former") -> None:
         """Forget a name that nothing uses."""
-        if isinstance(former.entry, PositionEquation):
+        if former.what == "position":
             self._leave(former.entry)
         if former.what == "transform":
             self._transforms.remove(former.name)
@@ -215,7 +232,7 @@ class WorldModel:
 
     # --- names --------------------------------------------------------------------------------
 
-    def position(self, name: str) -> Position:
+    def position(self, name: str) -> AnyPosition:
         """A position by name, solved as it is now; ``ProgramError`` lists those that exist."""
         return self._positions.look_up(name).bind(self._transforms.table)
 
@@ -236,23 +253,23 @@ class WorldModel:
 
     # --- who uses what ------------------------------------------------------------------------
 
-    def _enter(self, equation: PositionEquation) -> None:
+    def _enter(self, entry: PositionEquation | JointPosition) -> None:
         """Enter a position, in the place of what its name stood for."""
-        name = equation.message.name
+        name = entry.message.name
         before = self._positions.get(name)
-        if before is equation:
+        if before is entry:
             return
         if before is not None:
             self._leave(before)
-        self._positions[name] = equation
-        for transform in equation.transforms:
+        self._positions[name] = entry
+        for transform in entry.transforms:
             self._users.setdefault(transform, {})[name] = None
 
-    def _leave(self, equation: PositionEquation) -> None:
+    def _leave(self, entry: PositionEquation | JointPosition) -> None:
         """A position uses its transforms no more."""
-        for transform in equation.transforms:
+        for transform in entry.transforms:
             users = self._users[transform]
-            del users[equation.message.name]
+            del users[entry.message.name]
             if not users:
                 del self._users[transform]
 
@@ -284,6 +301,7 @@ _TABLES: Final[Mapping[What, Callable[[WorldModel], SymbolTable[Any]]]] = comple
 _DEFINES: Final[Mapping[type[Definition], What]] = {
     TransformMessage: "transform",
     PositionMessage: "position",
+    JointPositionMessage: "position",
     ModeMessage: "mode",
 }
 """What a message defines."""

@@ -90,8 +90,10 @@ class Position:
         """Whether its transforms are those of a table."""
         return all(link.source is table[link.name] for link in self._ring.links)
 
-    def is_same(self, other: "Position") -> bool:
+    def is_same(self, other: object) -> bool:
         """Whether both are of one equation, and bound to the same transforms."""
+        if not isinstance(other, Position):
+            return False
         mine, its = self._ring, other._ring
         return (mine.drive, mine.comply, self.configuration) == (
             *(its.drive, its.comply, other.configuration),

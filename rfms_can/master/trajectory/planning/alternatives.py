@@ -11,13 +11,13 @@ from rfms_can.wire.vocabulary import Mode
 
 
 class ChangedMode:
-    """As another mode, but for its interpolation, acceleration time or transition.
+    """As another mode, but for its interpolation, acceleration time, transition or configuration.
 
     Attributes:
         mode, acceleration_time, transition: as changed; in joint mode the transition is one of the
             joints.
         segment_time, speed, angular_speed, joint_speed, lengthen, lengthen_at_most, deviation,
-            configuration: of the other.
+            configuration: of the other; no configuration unless ``configured``.
     """
 
     def __init__(
@@ -26,6 +26,8 @@ class ChangedMode:
         mode: Mode,
         acceleration_time: float | None = None,
         transition: Transition | None = None,
+        *,
+        configured: bool = True,
     ) -> None:
         self.mode: Final = mode
         self.acceleration_time: Final = acceleration_time or other.acceleration_time
@@ -38,7 +40,9 @@ class ChangedMode:
         self.lengthen: Final = other.lengthen
         self.lengthen_at_most: Final = other.lengthen_at_most
         self.deviation: Final = other.deviation
-        self.configuration: Final[Configuration | None] = other.configuration
+        self.configuration: Final[Configuration | None] = (
+            other.configuration if configured else None
+        )
 
 
 Attempt = Callable[[Segment, PlannedMode], object]
@@ -75,6 +79,9 @@ def alternatives(
     if mode.mode is Mode.CARTESIAN:
         in_joints = after(ChangedMode(mode, Mode.JOINT))
         may("move in joint mode", {"interpolation": "joint", "transition": "joint"}, in_joints)
+    if mode.configuration is not None:
+        free = after(ChangedMode(mode, mode.mode, configured=False))
+        may("leave the configuration to the position", {"config": None}, free)
     half = mode.acceleration_time / 2.0
     if half >= 2.0 * period_s:
         sooner = after(ChangedMode(mode, mode.mode, half))

@@ -17,7 +17,7 @@ from rfms_can.kinematics import (
     Joints,
     nearest_singularity,
 )
-from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.trajectory.goal import Moment, joint_coordinates
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.segment import Segment
 from rfms_can.setpoint.history import window_for
@@ -64,7 +64,10 @@ class Base:
         goal: at its goal, on the turns the arm will have there, rad.
     """
 
-    __slots__ = ("_entry", "_frame", "_path", "_rest", "_theta_BC", "goal", "segment", "start")
+    __slots__ = (
+        *("_entry", "_frame", "_given", "_path", "_rest", "_theta_BC"),
+        *("goal", "segment", "start"),
+    )
 
     def __init__(
         self, frame: Frame, segment: Segment, start: Joints, path: Curve | None = None
@@ -78,6 +81,9 @@ class Base:
         self._frame: Final = frame
         self.segment = segment
         self.start: Final = start
+        self._given: Final = (
+            joint_coordinates(segment.move.target) if segment.drive is None else None
+        )
         move, tau = segment.move, frame.period_s
         beginning, end = -move.acceleration_ticks * tau, move.segment_ticks * tau
         rest = move.rest_ticks * tau
@@ -198,11 +204,15 @@ class Base:
     def solve(self, h: float, t: float, previous: Joints, theta4: float | None = None) -> Joints:
         """Angles of T6_1 at h and t, rad; ``theta4`` where the pose leaves it open.
 
+        They are those nearest to ``previous``; in joint mode to the ones the goal is given by.
+
         Raises:
             KinematicsError: they do not exist.
         """
         frame, segment = self._frame, self.segment
         pose = segment.pose(Moment(frame.tick, h, t), 1.0 - h)
+        if self._given is not None:
+            previous, theta4 = self._given, self._given[3]
         try:
             return frame.kinematics.solve(pose, segment.move.configuration, previous, theta4)
         except KinematicsError as error:

@@ -13,13 +13,14 @@ from rfms_can.master.trajectory.admission import (
     check_succession,
     check_times,
 )
-from rfms_can.master.trajectory.goal import Goal, Moment
+from rfms_can.master.trajectory.goal import Goal, Moment, joint_coordinates
 from rfms_can.master.trajectory.joint_line import JointLine, PlannedJoints
 from rfms_can.master.trajectory.planning.alternatives import alternatives
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.corner import Corner, longest, via_deviation
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
+from rfms_can.master.trajectory.planning.joint_goal import check_reached, configuration_for
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
 from rfms_can.master.trajectory.planning.remedy import instead, mended, refused
@@ -207,7 +208,7 @@ class MovePlanner:
         frame = Frame(self._kinematics, tick, self._period)
         departed = self._departed(before, frame)
         acceleration = whole_ticks(mode.acceleration_time, self._period)
-        configuration = mode.configuration or position.configuration
+        configuration = _configuration(position, mode, before, sequence)
         goal = straightened(self._kinematics, position.goal, configuration, departed.goal)
         move = Move(
             *(sequence, goal, mode.mode, least_ticks(acceleration), acceleration),
@@ -220,6 +221,7 @@ class MovePlanner:
         drive = _from_goal_to_goal(before, move, frame)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
         base = self._timed(frame, departed, move, drive, parts, mode)
+        check_reached(base)
         if mode.transition is Transition.CARTESIAN and before.rests:
             _check_theta4(base, sequence)
         ends = move.to_rest().transition if parts == 1 else Transition.CARTESIAN
@@ -319,6 +321,21 @@ class MovePlanner:
         self._planned[sequence] = planned
         if len(self._planned) > REMEMBERED:
             del self._planned[next(iter(self._planned))]
+
+
+def _configuration(
+    position: PlannedPosition, mode: PlannedMode, before: Segment, sequence: int
+) -> Configuration:
+    """The branch the goal is solved in: the mode's, or the position's.
+
+    Raises:
+        MoveError: the position is given by joint angles, and the mode asks for another branch.
+    """
+    angles = joint_coordinates(position.goal)
+    own, asked = position.configuration, mode.configuration
+    if angles is None:
+        return asked or own
+    return configuration_for(angles, own, asked, before.move.configuration, sequence)
 
 
 def _check_theta4(base: Base, sequence: int) -> None:

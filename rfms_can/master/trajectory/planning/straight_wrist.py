@@ -10,7 +10,7 @@ import math
 
 from rfms_can.errors import KinematicsError
 from rfms_can.kinematics import WRIST_BOUND, Configuration, InverseKinematics, Joints, direct
-from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
+from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment, joint_coordinates
 
 
 def straightened(
@@ -26,6 +26,10 @@ def straightened(
     """
     if not goal.constant:
         return goal
+    given = joint_coordinates(goal)
+    if given is not None:
+        angles = with_straight_wrist(given)
+        return goal if angles == given else FixedGoal(direct(kinematics.arm, angles), angles=angles)
     nowhere = Moment(0)
     pose = goal.pose(nowhere)
     if not kinematics.wrist_sine(pose, configuration) < WRIST_BOUND:
