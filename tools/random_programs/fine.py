@@ -16,13 +16,12 @@ from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, RfmsError
 from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.planning import MovePlanner
+from rfms_can.master.trajectory.planning import MovePlanner, PlannedPosition
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.search import Trial
 from rfms_can.master.trajectory.segment import Move, Segment
 from rfms_can.master.world.modes import MotionMode
-from rfms_can.master.world.position import Position
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.wire.vocabulary import Blend
 
@@ -58,7 +57,7 @@ class Case(NamedTuple):
 
     words: str
     before: Segment
-    position: Position
+    position: PlannedPosition
     mode: MotionMode
     tick: int
 
