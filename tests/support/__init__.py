@@ -13,6 +13,7 @@
 ``trajectory``         the trajectory generator and six joints, without a bus
 ``planning``           the same with a planner before it
 ``motion``             a program's definitions and moves, without a bus or joints
+``joint_run``          the same with six joints that hear it as their nodes do
 ``identification``     what perfect experiments on a plant record, and find out
 ``golden``             reads ``tests/golden``, and compares with it
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it
