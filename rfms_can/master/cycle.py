@@ -165,7 +165,8 @@ class ControlCycle:
             if not guarded:
                 force.guards.end()
             force.sense(inputs.take_reading(), inputs.torques, motion.commanded, q, model, guarded)
-            reached = force.close(motion.force_request, q, inputs.errors, model, in_force)
+            errors = motion.errors_of_asked(inputs.errors)
+            reached = force.close(motion.force_request, q, errors, model, in_force)
             if reached:
                 motion.end_guarded(reached)
             violation = force.comply.limit_violation()

@@ -90,6 +90,7 @@ class Motion:
         self._blend = blend
         self._brake: Brake | None = None
         self._lag = Lag(arm, period_s)
+        self._complies = False  # whether compliance displaced the set-point made last
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define,
             PositionMessage: self._define,
@@ -321,6 +322,7 @@ class Motion:
             None if there is nothing to add.
         """
         lag, theta = self._lag, self.commanded.theta
+        self._complies = displacement is not None
         if displacement is None:
             lag.follow(theta)
             return lag.angles if lag.active else None
@@ -329,9 +331,15 @@ class Motion:
             return displacement
         return [d + behind for d, behind in zip(displacement, lag.angles, strict=True)]
 
+    def errors_of_asked(self, errors: Sequence[float]) -> Sequence[float]:
+        """Joint errors as they would be if no joint lagged behind, rad: asked for less encoder."""
+        if not self._lag.active:
+            return errors
+        return [error - behind for error, behind in zip(errors, self._lag.angles, strict=True)]
+
     def _lagging(self) -> str | None:
         """Which joint lags too far behind its path, in words; None if none does."""
-        joint = self._lag.joint_too_far
+        joint = None if self._complies else self._lag.joint_too_far
         if joint is None:
             return None
         return (

@@ -5,10 +5,10 @@ added to COMPLY each cycle, so that the set-point follows the compliant displace
 trajectory itself, its rate and acceleration, stays free of it: encoder counts differenced twice
 would be accelerations of thousands of codes. What travels is the difference it makes in each joint.
 
-Displacement and commanded trajectory together keep the joints' limits of speed and acceleration:
-what the displacement may take of them is what the trajectory leaves. Near a singular pose, and
-where there is no pose, the displacement goes as far as it can (damped least squares): what the arm
-has not followed goes on being ignored, as an error in a direction that complies.
+Near a singular pose, and where there is no pose, the displacement goes as far as it can (damped
+least squares): what the arm has not followed goes on being ignored, as an error in a direction that
+complies. Limits of the joints' speed and acceleration are kept by ``master/trajectory/lag.py``,
+for displacement and commanded trajectory together.
 """
 
 import math
@@ -49,10 +49,7 @@ SINGULAR: Final = 0.05
 """Margin (sine, part of a2) under which the arm counts as singular."""
 DAMPING: Final = 0.05
 """Of the least squares there, in the units of the Jacobian (m and 1)."""
-LEAST_SHARE: Final = 0.02
-"""Part of the joints' limits the displacement may take even where the trajectory takes all."""
 _UNITS: Final = np.eye(6)
-_AT_REST: Final = (0.0,) * 6
 _IDENTITY: Final = Transform.identity()
 
 
@@ -71,11 +68,9 @@ class Comply:
     __slots__ = (
         "_arm",
         "_fade",
-        "_limits",
         "_max_rotation_step",
         "_max_step",
         "_solve",
-        "_step",
         "displacement",
         "transform",
     )
@@ -85,17 +80,12 @@ class Comply:
         self._max_step = MAX_SPEED * period_s
         self._max_rotation_step = MAX_ANGULAR_SPEED * period_s
         self._solve = InverseKinematics(arm).solve
-        self._limits: Final = tuple(
-            (speed * period_s, acceleration * period_s * period_s)
-            for speed, acceleration in zip(arm.speed_limits, arm.acceleration_limits, strict=True)
-        )
         self.reset()
 
     def reset(self) -> None:
         """No displacement."""
         self.transform = _IDENTITY
         self.displacement: tuple[float, ...] = (0.0,) * 6
-        self._step: tuple[float, ...] = (0.0,) * 6  # of the displacement in the last cycle, rad
         self._fade: Fade | None = None
 
     @property
@@ -117,7 +107,8 @@ class Comply:
         jump there; what is left of it goes on being ignored, and is taken in the next cycles.
 
         Args:
-            errors: the six joint errors, rad: set-point less encoder.
+            errors: the six joint errors, rad: set-point less encoder. The set-point is the one that
+                was asked for, also where the joints lag behind it.
             J: (6, 6), Jacobian of the compliance frame.
             selection: what complies in the cycle of these errors.
             E: the compliance frame in T6.
@@ -143,27 +134,18 @@ class Comply:
         if self.active and self._fade is None:
             self._fade = Fade(self.displacement, limits, least)
 
-    def follow(
-        self, theta: Joints, bends: Sequence[float] = _AT_REST, steps: Sequence[float] = _AT_REST
-    ) -> tuple[float, ...]:
-        """The joint displacements beside the commanded joint angles ``theta``, rad.
-
-        Args:
-            theta: commanded joint angles, rad.
-            bends: their second differences, rad a cycle squared (6).
-            steps: their first differences, rad a cycle (6).
-        """
+    def follow(self, theta: Joints) -> tuple[float, ...]:
+        """The joint displacements beside the commanded joint angles ``theta``, rad."""
         if not self.active:
             return self.displacement
-        fade = self._fade
-        wanted = self._goal(theta) if fade is None else fade.step()
-        displacement = self._limited(wanted, bends, steps)
-        arrived = displacement is wanted
-        self.displacement = displacement
-        if fade is not None and fade.over and arrived:
-            self.reset()
-        elif fade is not None or not arrived:
-            self.transform = self._remaining(theta)
+        if self._fade is not None:
+            self.displacement = self._fade.step()
+            if self._fade.over:
+                self.reset()
+            else:
+                self.transform = self._remaining(theta)
+            return self.displacement
+        self.displacement = self._goal(theta)
         return self.displacement
 
     def _goal(self, theta: Joints) -> tuple[float, ...]:
@@ -183,33 +165,6 @@ class Comply:
         J = np.array(jacobian(arm, near))
         step = J.T @ np.linalg.solve(J @ J.T + DAMPING**2 * _UNITS, left)
         return tuple((np.array(self.displacement) + step).tolist())
-
-    def _limited(
-        self, wanted: tuple[float, ...], bends: Sequence[float], steps: Sequence[float]
-    ) -> tuple[float, ...]:
-        """``wanted`` itself, or as far towards it as the joints' limits allow, rad."""
-        here, last = self.displacement, self._step
-        slower = gentler = 1.0
-        wanted_steps, rooms = [], []
-        for k, (most, bend) in enumerate(self._limits):
-            step = wanted[k] - here[k]
-            room = max(bend - abs(bends[k]), LEAST_SHARE * bend)
-            wanted_steps.append(step)
-            rooms.append(room)
-            size = abs(step)
-            if size:  # it must keep the speed, and come to rest where it is going
-                speed = max(most - abs(steps[k]), LEAST_SHARE * most)
-                slower = max(slower, size / min(speed, math.sqrt(2.0 * room * size) + 0.5 * room))
-        changes = [step / slower - before for step, before in zip(wanted_steps, last, strict=True)]
-        for change, room in zip(changes, rooms, strict=True):
-            gentler = max(gentler, abs(change) / room)
-        if slower == 1.0 == gentler:
-            self._step = tuple(wanted_steps)
-            return wanted
-        self._step = tuple(
-            before + change / gentler for before, change in zip(last, changes, strict=True)
-        )
-        return tuple(angle + step for angle, step in zip(here, self._step, strict=True))
 
     def _remaining(self, theta: Joints) -> Transform:
         """What remains of COMPLY while it fades: complying again goes on from there."""

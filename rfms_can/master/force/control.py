@@ -200,7 +200,7 @@ class ForceControl:
         """Joint displacements beside the commanded angles (6, rad); None without displacement."""
         if not self.comply.active:
             return None
-        return self.comply.follow(commanded.theta, commanded.bends, commanded.steps)
+        return self.comply.follow(commanded.theta)
 
     @property
     def bias(self) -> list[float] | None:

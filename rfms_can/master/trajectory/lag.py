@@ -1,8 +1,9 @@
 """How far the commanded joint angles lag behind what is asked of them, to keep the joints' limits.
 
-A path whose goal is observed, or pushed, may ask for a little more than a joint may do: a step of a
-correction on top of a transition. The joint then does what it may, lags behind, and comes up again
-as soon as there is room. Where the arm follows a plan it never does.
+A path whose goal is observed, or pushed by compliance, may ask for more than a joint may do: a step
+of a correction on top of a transition, or a displacement by counts of an encoder. The joint then
+does what it may, lags behind, and comes up again: with the velocity of what it follows, and as fast
+besides as it can still stop there. Where the arm follows a plan it never lags.
 """
 
 import math
@@ -15,11 +16,13 @@ angle of float32 moves by up to 0.5 % of it."""
 KEPT_SPEED: Final = 1.05
 """The same of the speed: joints estimate how they leave a segment."""
 LARGEST: Final = 0.02
-"""A lag, rad, that says: this cannot be followed."""
+"""A lag behind a path, rad, that says: this cannot be followed."""
 CAUGHT_UP: Final = 1e-9
-"""Lag and step, rad, that count as none."""
-LEAST_ROOM: Final = 0.1
-"""Part of its acceleration limit a joint comes up with even where the path takes all of it."""
+"""Lag, and difference of steps, rad, that count as none."""
+SMOOTHING: Final = 0.3
+"""Part of the newest step in the velocity that is followed: counts of an encoder are none."""
+CAREFUL: Final = 0.7
+"""Part of the speed at which a joint could just stop where it is asked to be."""
 
 
 class JointLimits(Protocol):
@@ -46,7 +49,7 @@ class Lag:
         active: whether that is anything.
     """
 
-    __slots__ = ("_asked", "_asked_steps", "_limits", "_steps", "active", "angles")
+    __slots__ = ("_asked", "_limits", "_steps", "_velocities", "active", "angles")
 
     def __init__(self, arm: JointLimits, period_s: float) -> None:
         self._limits: Final = tuple(
@@ -58,27 +61,25 @@ class Lag:
     def reset(self, asked: Sequence[float]) -> None:
         """At rest at the angles ``asked``, rad, without a lag."""
         self._asked = list(asked)
-        self._asked_steps = [0.0] * 6
-        self._steps = [0.0] * 6
+        self._steps = [0.0] * 6  # commanded in the last cycle, rad
+        self._velocities = [0.0] * 6  # of what is asked for, rad a cycle
         self.angles = [0.0] * 6
         self.active = False
 
     def follow(self, asked: Sequence[float]) -> None:
         """Take the joint angles asked for in the next cycle, rad."""
-        before, steps, active = self._asked, self._asked_steps, self.active
+        before, steps, active = self._asked, self._steps, self.active
+        still = True
         for k, (most, bend) in enumerate(self._limits):
             step = asked[k] - before[k]
-            asked_bend = step - steps[k]
-            before[k], steps[k] = asked[k], step
-            if active or not (-bend <= asked_bend <= bend and -most <= step <= most):
-                self._follow(k, step, asked_bend, most, bend)
-        if self.active:
-            self.active = any(
-                abs(angle) + abs(step) > CAUGHT_UP
-                for angle, step in zip(self.angles, self._steps, strict=True)
-            )
-            if not self.active:
-                self.angles, self._steps = [0.0] * 6, [0.0] * 6
+            if active or not (-bend <= step - steps[k] <= bend and -most <= step <= most):
+                still = self._follow(k, step, most, bend) and still
+            else:
+                steps[k] = self._velocities[k] = step
+            before[k] = asked[k]
+        self.active = not still
+        if still and active:
+            self.angles = [0.0] * 6
 
     @property
     def joint_too_far(self) -> int | None:
@@ -89,16 +90,20 @@ class Lag:
                     return k + 1
         return None
 
-    def _follow(self, k: int, step: float, asked_bend: float, most: float, bend: float) -> None:
-        """One joint: come up within what the limits leave, or fall behind as they ask."""
-        self.active = True
-        behind, last = -self.angles[k], self._steps[k]
-        room = max(bend - abs(asked_bend), LEAST_ROOM * bend)
-        size = abs(behind)
-        wanted = math.copysign(min(size, 0.7 * math.sqrt(2.0 * room * size) + 0.5 * room), behind)
-        if size < 0.5 * room:
-            wanted = behind
-        wanted = min(max(wanted, -most - step), most - step)
-        wanted = min(max(wanted, last - bend - asked_bend), last + bend - asked_bend)
-        self._steps[k] = wanted
-        self.angles[k] += wanted
+    def _follow(self, k: int, step: float, most: float, bend: float) -> bool:
+        """One joint: as near to what is asked for as the limits let it; whether it is there."""
+        last = self._steps[k]
+        velocity = self._velocities[k] = self._velocities[k] + SMOOTHING * (
+            step - self._velocities[k]
+        )
+        needed = step - self.angles[k]  # to be where it is asked to be
+        left = needed - velocity
+        size = abs(left)
+        if size > 0.5 * bend:
+            speed = min(size, CAREFUL * math.sqrt(2.0 * bend * size))
+            needed = velocity + math.copysign(speed, left)
+        needed = min(max(needed, -most), most)
+        needed = min(max(needed, last - bend), last + bend)
+        self._steps[k] = needed
+        self.angles[k] += needed - step
+        return abs(self.angles[k]) <= CAUGHT_UP and abs(needed - step) <= CAUGHT_UP
