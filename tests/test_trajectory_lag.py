@@ -43,7 +43,7 @@ def ramp(factors: Sequence[float], cycles: int) -> npt.NDArray[np.float64]:
 
 
 def test_within_the_limits_nothing_is_added() -> None:
-    asked = ramp((1.0, 0.9, 0.5, 1.0, 0.2, 1.01), 400)
+    asked = ramp((1.0, 0.9, 0.5, 1.0, 0.2, 1.005), 400)
     commanded, lag = followed(asked)
     assert np.array_equal(commanded, asked)
     assert not lag.active

@@ -339,7 +339,8 @@ class Motion:
 
     def _lagging(self) -> str | None:
         """Which joint lags too far behind its path, in words; None if none does."""
-        joint = None if self._complies else self._lag.joint_too_far
+        moves = any(self.commanded.steps) and not self._complies
+        joint = self._lag.joint_too_far if moves else None
         if joint is None:
             return None
         return (

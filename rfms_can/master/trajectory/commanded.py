@@ -55,6 +55,9 @@ class LimitedArm(Geometry, Protocol):
         """rad/s2, one per joint."""
 
 
+_NOWHERE: Final[Joints] = (math.nan,) * 6
+
+
 class _Bounds(NamedTuple):
     """What a joint may do: angles in rad, steps in rad a cycle, and the way to rest per step^2."""
 
@@ -169,6 +172,7 @@ class CommandedTrajectory:
         exact, setpoint = setpoint, as_received(setpoint)
         joints = self._joints
         turns_1 = [joint.turn_1(setpoint) for joint in joints]
+        first = second = _NOWHERE
         try:
             first = second = self._angles(
                 setpoint.T6_1, setpoint.configuration_1, turns_1, setpoint.near_1
@@ -180,12 +184,15 @@ class CommandedTrajectory:
                     setpoint.T6_2, setpoint.configuration_2, turns_2, setpoint.near_2
                 )
                 in_doubt = in_doubt or self._is_in_doubt(second, turns_2)
-            self.told = None
-            if in_doubt:
+        except KinematicsError:
+            in_doubt = True  # float32 may have pushed it over an edge
+        self.told = None
+        if in_doubt:
+            try:
                 self.told = self._tell(exact, turns_1)
-                first, second = self.told
-        except KinematicsError as error:
-            return str(error)
+            except KinematicsError as error:
+                return str(error)
+            first, second = self.told
         marks = self._marks
         for index, (lower, upper, most, most_bend, per_speed2) in enumerate(self._bounds):
             joint = joints[index]

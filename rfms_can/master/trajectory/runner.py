@@ -294,8 +294,9 @@ class SegmentRunner:
         return (pose, self._near_second(self.next))
 
     def _near_second(self, segment: Segment) -> Joints | None:
-        """Angles near T6_2, rad: of what moves by itself only where it is told first."""
-        if segment.move.target.constant or self.watched <= 1:
+        """Angles near T6_2, rad: of what moves by itself only where it is told first, and not of
+        the goal at which the arm is already."""
+        if segment.move.target.constant or (self.watched <= 1 and not segment.rests):
             return segment.first_angles
         return None
 

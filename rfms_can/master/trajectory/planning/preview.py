@@ -129,7 +129,9 @@ def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
         hand_over = move.segment_ticks - move.rest_ticks
         leaving = Leaving(base.segment, frame.tick, hand_over, hand_over, 1.0, frame.period_s)
         return _curved(frame, leaving, hand_over, base, base.goal)
-    at_end = base.derivatives(np.array([t_seg - t_acc]))[:, 0]
+    hand_over = move.segment_ticks - move.rest_ticks
+    leaves = DepartedSegment(base.segment, base.theta_BC, base.goal)
+    at_end = estimated_departure(frame, leaves, hand_over, move.rest_ticks)
     motion = base.at_rest(t_seg + t_acc * (2.0 * P - 1.0))
     return motion[:3] + _matching(at_end - motion[:, 0], move.rest_ticks, t_acc)
 
