@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from rfms_can.coordinator import Outcome, ProgramError, Transform
-from rfms_can.task.frames import Parts
+from rfms_can.task.frames import Part, Parts
 from rfms_can.task.steps import Doing, Request, Run, Step, TaskNames
 from rfms_can.task.words import Words, call, escaped, quoted
 
@@ -144,7 +144,9 @@ class Follow(Step):
         until: asked every so often, once it is there, whether to end.
         look: called every so often, from the beginning on: sends an observation, say.
         every: time between two looks, s.
-        keep: whether the arm goes on following afterwards; it is stopped otherwise.
+        rest: what the arm lets go of the frame with, as it would follow where it rests: a
+            transform, which becomes the place it has been stopped at, a position there, and a mode.
+            None: it goes on following.
     """
 
     position: str
@@ -153,7 +155,7 @@ class Follow(Step):
     until: Look | None = None
     look: Look | None = None
     every: float = 0.02
-    keep: bool = False
+    rest: tuple[str, str, str] | None = None
 
     def lines(self, words: Words) -> list[str]:
         """See :class:`Step`."""
@@ -172,7 +174,7 @@ class Follow(Step):
             *([] if self.duration is None else [f"ends = arm.time + {self.duration!r}"]),
             f"while {' and '.join(goes_on)}:",
             *pause,
-            *([] if self.keep else ["arm.stop()"]),
+            *self._rest_lines(words),
         ]
 
     def calls(self, run: Run) -> Doing:
@@ -186,12 +188,30 @@ class Follow(Step):
             ends = (yield lambda arm: arm.time) + self.duration
         while not (yield from self._over(ends)):
             yield from self._pause()
-        if not self.keep:
+        if self.rest is not None:
+            here, position, mode = self.rest
+            name = run.scope.full(here)
             yield lambda arm: arm.stop()
+            yield lambda arm: arm.transform(name, arm.pose)
+            yield from run.wait((yield from run.move(position, mode)))
 
     def check(self, names: TaskNames) -> None:
         """See :class:`Step`."""
         names.move(self.position, self.mode)
+        if self.rest is not None:
+            here, position, mode = self.rest
+            names.parts("rest", (Part(here, True),))
+            names.move(position, mode)
+
+    def _rest_lines(self, words: Words) -> list[str]:
+        if self.rest is None:
+            return []
+        here, position, mode = self.rest
+        return [
+            "arm.stop()",
+            f"arm.transform({words.full(here)}, arm.pose)",
+            f"arm.wait({words.move(position, mode)})",
+        ]
 
     def _pause(self) -> Doing:
         yield lambda arm: arm.sleep(self.every)

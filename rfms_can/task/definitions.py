@@ -66,7 +66,7 @@ class DefinePosition(Definition):
     """``arm.position``: the tool's frame at another, ``arm.t6 @ tool == at``.
 
     Attributes:
-        tool: right of T6.
+        tool: right of T6; empty: T6 itself.
         at: where it gets.
         config: branch of the inverse kinematics; None: the arm's own when enabled.
     """

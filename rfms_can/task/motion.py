@@ -6,7 +6,7 @@ from typing import Any, Final
 from rfms_can.coordinator import Expression, ModeSettings, ProgramError, Transform
 from rfms_can.task.checks import offset, positive
 from rfms_can.task.definitions import DefineMode, DefinePosition, DefineTransform, merged
-from rfms_can.task.frames import Frame, frame_of
+from rfms_can.task.frames import Frame, Part, frame_of
 from rfms_can.task.steps import Step
 from rfms_can.task.task import Task
 
@@ -62,6 +62,14 @@ class Motion:
         name = f"{self.label}: {what}"
         self._steps.append(DefinePosition(name, self.tool.parts, place.parts, self._config))
         return name
+
+    def rest(self, settings: ModeSettings) -> tuple[str, str, str]:
+        """A transform for where the arm will have stopped, a position there, and a mode."""
+        here = f"{self.label}: stopped"
+        self._steps.append(DefineTransform(here, Transform.identity()))
+        there = f"{self.label}: rest"
+        self._steps.append(DefinePosition(there, (), (Part(here, True),), self._config))
+        return here, there, self.mode("halt", settings)
 
     def mode(
         self, what: str, settings: ModeSettings, given: Mapping[str, Any] | None = None

@@ -36,6 +36,8 @@ JOIN: Final[ModeSettings] = {
     "interpolation": "cartesian",
 }
 """A motion to a frame that moves."""
+HALT: Final[ModeSettings] = {"segment_time": 0.4, "acceleration_time": 0.1}
+"""A motion to where the arm has been stopped."""
 
 
 def approach(
@@ -254,7 +256,8 @@ def follow(
         look: called with the arm every so often, from the beginning on: sends an observation.
         every: time between two such looks, s, 0.001 to 10.
         by: a point off the frame to stay at, m; None: at the frame.
-        keep: whether the arm goes on following afterwards; it is stopped otherwise.
+        keep: whether the arm goes on following afterwards; otherwise it is stopped, and lets go of
+            the frame with a short move to where it has come to rest.
         join: settings of the motion to the frame, instead of 0.7 s and a transition of 0.3 s; its
             mode is ``join``.
 
@@ -276,7 +279,8 @@ def follow(
     there = motion.at("at", motion.frame if by is None else motion.off("off", by))
     mode = motion.mode("join", JOIN, join)
     step = number(motion.label, "every", every, 0.001, 10.0, "s")
-    return motion.task(Follow(there, mode, stays, until, look, step, keep))
+    rest = None if keep else motion.rest(HALT)
+    return motion.task(Follow(there, mode, stays, until, look, step, rest))
 
 
 def grip(force: float = 1.0) -> Task:

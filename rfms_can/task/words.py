@@ -123,8 +123,8 @@ class Words:
         return " @ ".join(map(self._of, parts))
 
     def equation(self, tool: Parts, at: Parts) -> str:
-        """A position equation: the tool's frame at another."""
-        return f"arm.{T6} @ {self.product(tool)} == {self.product(at)}"
+        """A position equation: the tool's frame, or T6 itself, at another."""
+        return f"{' @ '.join([f'arm.{T6}', *map(self._of, tool)])} == {self.product(at)}"
 
     def move(self, position: str, mode: str) -> str:
         """A call of ``arm.move``."""
