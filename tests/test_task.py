@@ -6,10 +6,11 @@ from typing import Any
 
 import pytest
 from support.link import FakeLink
-from support.tasks import PEG, hole_at, run_async
+from support.tasks import PEG, AsyncFakeLink, hole_at, run_async
 
 from rfms_can.coordinator import (
     Arm,
+    AsyncArm,
     EquationError,
     Expression,
     FaultError,
@@ -27,6 +28,7 @@ from rfms_can.messages import (
     Message,
     ModeMessage,
     MoveRequest,
+    PositionMessage,
     RemoveRequest,
     StopRequest,
     TransformMessage,
@@ -168,6 +170,17 @@ def test_a_frame_that_is_changed_changes_the_depth_of_an_insertion() -> None:
 # --- running -------------------------------------------------------------------------------------
 
 
+def test_a_configuration_is_that_of_every_position() -> None:
+    for task in (
+        approach(TIP, PART, config="left up flip"),
+        depart(TIP, PART, config="left up flip"),
+    ):
+        link = FakeLink()
+        task.run(Arm(link))
+        asked = [m.configuration for m in link.heard if isinstance(m, PositionMessage)]
+        assert {*asked} == {"left up flip"}
+
+
 def test_a_report_has_outcomes_and_distances() -> None:
     link = FakeLink()
     link.ended = {2: (Outcome.GUARDED, "fz 11 N reached 10 N")}
@@ -303,7 +316,11 @@ REFUSED: list[tuple[Given, type[RfmsError], str]] = [
         "insert hole: 'hole' is the program's own.*give Frame",
     ),
     (lambda: approach(TIP, PART, name=""), ProgramError, "approach: name '': give a text"),
-    (lambda: approach(TIP, PART, name=60 * "n"), ProgramError, "nnn: .*length <= 64"),
+    (
+        lambda: approach(TIP, PART, name=60 * "n"),
+        ProgramError,
+        "has 71 characters, 64 are the most",
+    ),
     (
         lambda: approach(TIP, PART, by=(0, 0)),
         ProgramError,
@@ -378,7 +395,7 @@ REFUSED: list[tuple[Given, type[RfmsError], str]] = [
     (lambda: grip(0.0), ProgramError, "gripper force 0.0 is outside 0..1"),
     (lambda: release(2.0), ProgramError, "gripper force 2.0 is outside 0..1"),
     (lambda: Task("", ()), ProgramError, "task '': its name is a text"),
-    (lambda: TASK.named("n" * 60), ProgramError, "length <= 64"),
+    (lambda: TASK.named("n" * 60), ProgramError, "has 65 characters, 64 are"),
     (lambda: Task("x", (Sleep(-1.0),)), ProgramError, "sleep: seconds -1.0: give a number of s"),
     (lambda: Task("x", (Comply({"fq": 0.0}),)), SelectionError, "'fq' is not a direction"),
     (lambda: Task("x", (Lock(""),)), SelectionError, "names no direction"),
@@ -425,6 +442,27 @@ def test_what_cannot_be_is_refused_when_the_task_is_made(
     with pytest.raises(error, match=told) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+def test_an_arm_of_coroutines_is_told_what_to_await() -> None:
+    link = FakeLink()
+    with pytest.raises(ProgramError, match=r"run\(\) is for an Arm: await task\.run_async\(arm\)"):
+        TASK.run(AsyncArm(AsyncFakeLink(link)))  # type: ignore[arg-type]
+    assert link.heard == []
+
+
+def test_the_functions_of_a_coroutine_program_may_be_coroutines() -> None:
+    link, looks = FakeLink(), []
+
+    async def look(arm: AsyncArm) -> None:
+        await arm.sleep(0.0)
+        looks.append(arm.time)
+
+    async def until(_: AsyncArm) -> bool:
+        return len(looks) == 12
+
+    run_async(follow(TIP, PART, until=until, look=look, every=0.04), link)
+    assert len(looks) == 12
 
 
 def test_a_task_and_something_else_are_no_task() -> None:

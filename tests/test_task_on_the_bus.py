@@ -12,6 +12,7 @@ from support.server import ServerBench
 from support.system import across, pushed, run
 
 from rfms_can.coordinator import Arm, Outcome, ProgramError, Transform, connect_async
+from rfms_can.plant.scene.catalogue import scene_from
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
 from rfms_can.task import Frame, Report, Task, approach, depart, follow, guarded_approach
@@ -73,6 +74,15 @@ def test_beside_the_hole_the_task_says_how_deep_and_leaves_nothing() -> None:
 
     in_scene(program, "peg:x_mm=5,y_mm=-4", sensor="good")
     assert gone == [True]
+
+
+def test_the_example_has_the_numbers_of_its_scene() -> None:
+    module, built = example("task_level"), scene_from("peg", "puma560")
+    assert built.tool is not None
+    assert module.PEG.values == {"peg": built.tool.tip}
+    assert module.HOLE.values == {"hole": built.place @ module.DOWN}
+    assert module.PEG_LOAD["mass"] == pytest.approx(built.tool.mass, abs=5e-5)
+    assert module.PEG_LOAD["mass_centre"] == pytest.approx(built.tool.com, abs=5e-5)
 
 
 # --- contact -------------------------------------------------------------------------------------

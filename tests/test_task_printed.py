@@ -38,7 +38,11 @@ def answering(task: Task) -> FakeLink:
     return link
 
 
-KINDS = {TransformMessage: "transform", PositionMessage: "position", ModeMessage: "mode"}
+KINDS: dict[type, str] = {
+    TransformMessage: "transform",
+    PositionMessage: "position",
+    ModeMessage: "mode",
+}
 
 
 # --- properties ----------------------------------------------------------------------------------
@@ -65,10 +69,9 @@ def test_what_a_task_defines_is_all_that_it_removes_users_first(task: Task) -> N
     link = answering(task)
     task.run(Arm(link))
     defined = {
-        (kind, message.name)
+        (KINDS[type(message)], message.name)
         for message in link.heard
-        for message_type, kind in KINDS.items()
-        if isinstance(message, message_type)
+        if isinstance(message, TransformMessage | PositionMessage | ModeMessage)
     }
     removed = [(m.what, m.name) for m in link.heard if isinstance(m, RemoveRequest)]
     assert {*removed} == defined
@@ -93,6 +96,15 @@ def test_variables_are_distinct_identifiers(names: list[str]) -> None:
     assert all(word.isidentifier() and not keyword.iskeyword(word) for word in variables)
     assert len({*variables}) == len(variables)
     assert not {"arm", "Transform", "math"} & {*variables}
+
+
+def test_a_name_that_a_printed_task_needs_itself_is_not_taken() -> None:
+    words = Words(Scope("task", {}))
+    needed = re.findall(r"[A-Za-z]+", f"{TOUCH} {INSERTED} {FOLLOWED}")
+    uses = {"arm", "math", "here", "number", "travelled", "goal", "mode", "depth", "mouth", "end"}
+    uses |= {"ends", "until", "look", "Transform", "Expression", "Outcome", "ProgramError"}
+    assert uses <= {*needed}
+    assert not uses & {words.variable("transform", name) for name in uses}
 
 
 # --- golden printouts ----------------------------------------------------------------------------

@@ -7,11 +7,14 @@ serves ``Arm`` and ``AsyncArm``, and what is printed stands beside what is done.
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
-from rfms_can.coordinator import MoveOutcome
+from rfms_can.coordinator import MoveOutcome, ProgramError
 from rfms_can.task.frames import Parts, Scope, unknown
 from rfms_can.task.words import Words
+
+LONGEST_NAME: Final = 64
+"""Characters of a name on the server."""
 
 Request = Callable[[Any], Any]
 """A call of the program API: of ``Arm`` it gives the answer, of ``AsyncArm`` an awaitable of it."""
@@ -27,7 +30,6 @@ class Run:
     Attributes:
         scope: names and values of the task.
         moves: numbers of its moves, in order.
-        waited: those that were waited for.
         outcomes: how they ended.
         travelled: distance of the last guarded approach, m.
         depth: of the last insertion, m.
@@ -35,7 +37,6 @@ class Run:
 
     scope: Scope
     moves: list[int] = field(default_factory=list)
-    waited: set[int] = field(default_factory=set)
     outcomes: list[MoveOutcome] = field(default_factory=list)
     travelled: float | None = None
     depth: float | None = None
@@ -48,10 +49,8 @@ class Run:
         return number
 
     def wait(self, number: int) -> Doing:
-        """Wait for a move, once."""
-        if number not in self.waited:
-            yield lambda arm: arm.wait(number)
-            self.waited.add(number)
+        """Wait for a move."""
+        yield lambda arm: arm.wait(number)
 
     def outcome(self, number: int) -> Generator[Request, Any, MoveOutcome]:
         """How a move ended."""
@@ -91,6 +90,15 @@ class TaskNames:
     scope: Scope
     positions: tuple[str, ...]
     modes: tuple[str, ...]
+
+    def length(self, name: str) -> None:
+        """Refuse a name that with the task's is too long for the server."""
+        full = self.scope.full(name)
+        if len(full) > LONGEST_NAME:
+            raise ProgramError(
+                f"{full!r} has {len(full)} characters, {LONGEST_NAME} are the most: give the "
+                f"motion a shorter name=, or the task, named()"
+            )
 
     def parts(self, what: str, parts: Parts) -> None:
         """Refuse a product with a transform that the task does not define."""

@@ -65,6 +65,8 @@ class Task:
             tuple(step.name for step in made if isinstance(step, DefinePosition)),
             tuple(step.name for step in made if isinstance(step, DefineMode)),
         )
+        for definition in made:
+            names.length(definition.name)
         for step in self.steps:
             step.check(names)
 
@@ -164,6 +166,10 @@ class Task:
                 insertion got stuck, a request was refused.
             FaultError: a fault halted the arm; the definitions stay.
         """
+        if isinstance(arm, AsyncArm):
+            raise ProgramError(
+                f"task {self.name!r}: run() is for an Arm: await task.run_async(arm) of an AsyncArm"
+            )
         return drive(self._doing(keep), arm)
 
     async def run_async(self, arm: AsyncArm, *, keep: bool = False) -> Report:

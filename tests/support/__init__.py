@@ -13,6 +13,7 @@
 ``trajectory``         the trajectory generator and six joints, without a bus
 ``planning``           the same with a planner before it
 ``motion``             a program's definitions and moves, without a bus or joints
+``tasks``              tasks of the task level at random, what they print run as a program
 ``identification``     what perfect experiments on a plant record, and find out
 ``golden``             reads ``tests/golden``, and compares with it
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it
