@@ -171,14 +171,12 @@ def test_a_frame_that_is_changed_changes_the_depth_of_an_insertion() -> None:
 
 
 def test_a_configuration_is_that_of_every_position() -> None:
-    for task in (
-        approach(TIP, PART, config="left up flip"),
-        depart(TIP, PART, config="left up flip"),
-    ):
+    config = "left up flip"
+    for task in (approach(TIP, PART, config=config), depart(TIP, PART, config=config)):
         link = FakeLink()
         task.run(Arm(link))
         asked = [m.configuration for m in link.heard if isinstance(m, PositionMessage)]
-        assert {*asked} == {"left up flip"}
+        assert {*asked} == {config}
 
 
 def test_a_report_has_outcomes_and_distances() -> None:
