@@ -4,14 +4,16 @@
 
 The jaw tells whether the grip has found something: closed on a part it stays as far open as the
 part is wide. On an empty simulation it closes fully; the program says so, opens again and goes
-home without a part. Free motions are joint motions, approaches and departures straight lines along
-the tool. The bench lies in front of the arm, where its hand is when enabled,
-and the configuration is named once for all places: the arm does not reach over its shoulder.
+home without a part. It is written at the task level: an approach is a free motion to a point off
+a place and a straight line along the tool to it, a departure a straight line; they blend where they
+do not wait. The bench lies in front of the arm, where its hand is when enabled, and the
+configuration is named once for all places: the arm does not reach over its shoulder.
 """
 
 import math
 
 from rfms_can.coordinator import Arm, Transform
+from rfms_can.task import Frame, Task, approach, depart, grip, release
 
 DOWN = Transform.rotation((0.0, 1.0, 0.0), math.pi)
 """The hand looks down: its approach axis along -z of the bench."""
@@ -25,45 +27,35 @@ PART_WIDTH = 0.03
 TOLERANCE = 0.005
 """How far the jaw may stand from it, m."""
 
+BACK = (0.0, 0.0, -0.06)
+"""Where approaches begin and departures end, m off a place."""
+
 
 def program(arm: Arm) -> None:
     """Carry a part from one place to another if there is one, and go home."""
+    tool = Frame("tool", Transform.translation(0.0, 0.0, 0.1354))
+    bench, down = Frame("bench", bench_under(arm.pose)), Frame("down", DOWN)
+    part = bench @ Frame("part", Transform.translation(0.02, 0.16, 0.02)) @ down
+    goal = bench @ Frame("goal", Transform.translation(0.05, -0.06, 0.02)) @ down
     home = arm.transform("home", arm.pose)
-    tool = arm.transform("tool", Transform.translation(0.0, 0.0, 0.1354))
-    bench = arm.transform("bench", bench_under(arm.pose))
-    down = arm.transform("down", DOWN)
-    part = arm.transform("part", Transform.translation(0.02, 0.16, 0.02))
-    goal = arm.transform("goal", Transform.translation(0.05, -0.06, 0.02))
-    back = arm.transform("back", Transform.translation(0.0, 0.0, -0.06))
-
     park = arm.position("park", arm.t6 == home, config=CONFIG)
-    at_part, over_part = (
-        arm.position("at part", arm.t6 @ tool == bench @ part @ down, config=CONFIG),
-        arm.position("over part", arm.t6 @ tool == bench @ part @ down @ back, config=CONFIG),
-    )
-    at_goal, over_goal = (
-        arm.position("at goal", arm.t6 @ tool == bench @ goal @ down, config=CONFIG),
-        arm.position("over goal", arm.t6 @ tool == bench @ goal @ down @ back, config=CONFIG),
-    )
     far = arm.mode("far", joint_speed=0.5, acceleration_time=0.25, lengthen=True)
-    near = arm.mode("near", speed=0.1, acceleration_time=0.15, interpolation="cartesian")
 
-    arm.gripper.open()
-    arm.move(over_part, far)
-    arm.wait(arm.move(at_part, near))
-    arm.gripper.close(0.5)
+    def to(place: Frame, name: str) -> Task:
+        return approach(tool, place, by=BACK, config=CONFIG, name=name)
+
+    def off(place: Frame, name: str, wait: bool = True) -> Task:
+        return depart(tool, place, by=BACK, config=CONFIG, name=name, wait=wait)
+
+    take = release() + to(part, "to the part") + grip(0.5)
+    carry = off(part, "off the part", wait=False) + to(goal, "to the goal") + release()
+    take.run(arm)
     if abs(arm.status.jaw - PART_WIDTH) < TOLERANCE:
-        arm.move(over_part, near)
-        arm.move(over_goal, far)
-        arm.wait(arm.move(at_goal, near))
-        arm.gripper.open()
-        arm.move(over_goal, near)
+        (carry + off(goal, "off the goal")).run(arm)
     else:
         print(f"no part: the jaw stands at {1e3 * arm.status.jaw:.1f} mm")
-        arm.gripper.open()
-        arm.move(over_part, near)
-    arm.move(park, far)
-    arm.wait()
+        (release() + off(part, "off the part")).run(arm)
+    arm.wait(arm.move(park, far))
 
 
 def bench_under(hand: Transform) -> Transform:

@@ -77,8 +77,8 @@ def test_what_does_not_comply_leans_on_the_wall(law: ControlLaw) -> None:
 def test_free_joints_put_it_in_at_some_places_and_jam_at_others(law: ControlLaw) -> None:
     """With joint 3 free the arm pushes towards its elbow only: one side of the chamfer holds that.
 
-    Of the hundred of docs/peg-campaign.md 11 go in; of these five none does, and one nearly. Where it
-    jams, the arm is halted or the program gives up, and says why.
+    Of the hundred of docs/peg-campaign.md 11 go in; of these five none does, and one nearly. Where
+    it jams, the arm is halted or the program gives up, and says why.
     """
     found = pegs(law)
     into = [peg.inserted for peg in found]

@@ -168,7 +168,7 @@ def test_a_days_picks_take_no_more_memory_than_the_first(again: bool) -> None:
     gc.collect()
     added = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
-    assert added < 20 * 1000  # bytes: less than any entry that were left of each
+    assert added < 60 * 1000  # bytes: a fifth of the transforms alone, if they were left
     most = 1 if again else 0
     assert world.names().sizes == {"transform": 1 + most, "position": most, "mode": most}
 

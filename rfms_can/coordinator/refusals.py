@@ -46,4 +46,7 @@ ERRORS: Final[dict[str, type[RfmsError]]] = {
 
 def error_of(refusal: Refusal) -> RfmsError:
     """The exception of a refusal."""
-    return ERRORS.get(refusal.error, ProgramError)(refusal.reason)
+    error = ERRORS.get(refusal.error, ProgramError)(refusal.reason)
+    if refusal.remedy and isinstance(error, MoveError | KinematicsError):
+        error.remedy = refusal.remedy
+    return error

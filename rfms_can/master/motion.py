@@ -233,7 +233,9 @@ class Motion:
             )
             generator.request(*plan.moves)
         except (MoveError, KinematicsError) as error:
-            raise MoveError(f"{accepted.words}: {error}") from error
+            refusal = MoveError(f"{accepted.words}: {error}")
+            refusal.remedy = error.remedy
+            raise refusal from error
         self._sequence = sequence
         self.world.note_levers(accepted.position, tick)
         self._moves.add(sequence, accepted, generator.sequence)

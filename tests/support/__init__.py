@@ -14,6 +14,7 @@
 ``planning``           the same with a planner before it
 ``motion``             a program's definitions and moves, without a bus or joints
 ``joint_run``          the same with six joints that hear it as their nodes do
+``tasks``              tasks of the task level at random, what they print run as a program
 ``identification``     what perfect experiments on a plant record, and find out
 ``golden``             reads ``tests/golden``, and compares with it
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it

@@ -201,6 +201,7 @@ class FakeLink:
             cycle=self.now,
             joints=(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
             t6=Transform.translation(0.3, 0.2, 0.1),
+            completed=min(self.over, self._moves),
         )
 
     def time(self) -> float:

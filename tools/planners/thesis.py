@@ -54,7 +54,7 @@ class ThesisPlanner:
         self.blending = False
         self._legs: Final = len(task.legs)
         self._generator: Final = TrajectoryGenerator(period_s, blend)
-        self._joints: Final = CommandedTrajectory(task.arm, period_s)
+        self._joints: Final = CommandedTrajectory(task.arm, period_s, exact=True)
         self._joints.reset(task.start)
         self._generator.enable(direct(task.arm, task.start), task.configuration)
         for number, leg in enumerate(task.legs, 1):

@@ -52,7 +52,8 @@ class Replies:
         refusal = answer = None
         if isinstance(result, RfmsError):
             self.refused += 1
-            refusal = Refusal(type(result).__name__, one_line(str(result)))
+            remedy = dict(getattr(result, "remedy", {}))
+            refusal = Refusal(type(result).__name__, one_line(str(result)), remedy)
         else:
             answer = result
         data = _encode(Reply(serial, self.status(), answer, refusal))

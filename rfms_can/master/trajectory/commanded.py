@@ -89,9 +89,16 @@ class CommandedTrajectory:
             elsewhere.
     """
 
-    def __init__(self, arm: LimitedArm, period_s: float) -> None:
-        """An arm at rest at zero; ``reset`` says where it is. ``period_s`` is tau, s."""
+    def __init__(self, arm: LimitedArm, period_s: float, *, exact: bool = False) -> None:
+        """An arm at rest at zero; ``reset`` says where it is.
+
+        Args:
+            arm: its geometry and limits.
+            period_s: tau, s.
+            exact: whether set-points are taken in double precision, as no bus carries them.
+        """
         self.arm: Final = arm
+        self._exact: Final = exact
         self._period: Final = period_s
         self.bend_limits: Final = tuple(
             acceleration * period_s * period_s for acceleration in arm.acceleration_limits
@@ -169,7 +176,7 @@ class CommandedTrajectory:
         Raises:
             AssertionError: the trajectory generator is at fault: no joint would take its state.
         """
-        exact, setpoint = setpoint, as_received(setpoint)
+        exact, setpoint = setpoint, setpoint if self._exact else as_received(setpoint)
         joints = self._joints
         turns_1 = [joint.turn_1(setpoint) for joint in joints]
         first = second = _NOWHERE
@@ -184,10 +191,12 @@ class CommandedTrajectory:
                     setpoint.T6_2, setpoint.configuration_2, turns_2, setpoint.near_2
                 )
                 in_doubt = in_doubt or self._is_in_doubt(second, turns_2)
-        except KinematicsError:
+        except KinematicsError as error:
+            if self._exact:
+                return str(error)
             in_doubt = True  # float32 may have pushed it over an edge
         self.told = None
-        if in_doubt:
+        if in_doubt and not self._exact:
             try:
                 self.told = self._tell(exact, turns_1)
             except KinematicsError as error:
