@@ -8,6 +8,7 @@ import draw_cli
 import draw_corners
 import draw_link
 import draw_link_campaign
+import draw_programs
 import draw_servoing
 import draw_states
 import draw_wire
@@ -27,6 +28,7 @@ from rfms_can.wire.codec import load_database
         ("draw_corners.py", "corners.md", draw_corners.render),
         ("draw_link.py", "link.md", draw_link.render),
         ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),
+        ("draw_programs.py", "random-programs.md", draw_programs.render),
         ("draw_servoing.py", "servoing.md", draw_servoing.render),
         ("draw_states.py", "states.md", draw_states.render),
         ("draw_wire.py", "wire.md", draw_wire.render),

@@ -70,6 +70,6 @@ def test_the_kept_campaign_keeps_the_promise() -> None:
     assert conditions == Conditions(250.0, conditions.mix)
     for arm in ARMS:
         mine = [each for each in results if each.a == arm]
-        assert len(mine) >= 10_000
+        assert len(mine) >= 300
         assert sum(each.ok == each.n for each in mine) >= 0.6 * len(mine)
     assert [each for each in results if table.broken(each)] == []
