@@ -28,6 +28,9 @@ class SingularityMargins(NamedTuple):
 REGULAR_BOUNDS: Final = SingularityMargins(elbow=1e-6, shoulder=1e-6, wrist=1e-6)
 """Smallest margins (sine, metres, sine) at which J is inverted, accurate to ten digits there."""
 
+NEAR: Final = 0.1
+"""Margin (sine, part of a2) under which a singularity is to blame for how fast a joint turns."""
+
 _REMEDIES: Final = {
     "elbow": "bend joint 3 away from the stretched or folded arm",
     "shoulder": "move the wrist centre away from the joint-1 axis",
@@ -57,6 +60,11 @@ class Nearness(NamedTuple):
 
     name: str
     margin: float
+
+    @property
+    def is_near(self) -> bool:
+        """Whether it is so near that joints turn fast because of it."""
+        return abs(self.margin) < NEAR
 
     @property
     def text(self) -> str:

@@ -26,9 +26,6 @@ from rfms_can.wire.vocabulary import Mode
 LEAP: Final = 1.0
 """Rad between two of the closest samples of a path that say: here it is not continuous."""
 
-SINGULAR: Final = 0.1
-"""Margin (sine, part of a2) under which a singularity is to blame for how fast a joint turns."""
-
 NEXT_TO: Final = (1e-4, 1e-3, 1e-2, 1e-1)
 """How far, in h, from an end of a path with a straight wrist theta4 is looked at: the nearest place
 where the path tells it."""
@@ -271,7 +268,7 @@ class Base:
         if curve.largest_step[joint] > LEAP:
             arm = self._frame.kinematics.arm
             near = nearest_singularity(arm, curve.steepest)
-            where = near.text if abs(near.margin) < SINGULAR else "the end of its range"
+            where = near.text if near.is_near else "the end of its range"
             raise MoveError(
                 f"move {self.segment.move.sequence}: joint {joint + 1} of {arm.name} would have to "
                 f"turn {curve.largest_step[joint]:.3g} rad at once, where the path passes {where}"

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple, Protocol
 import numpy as np
 
 from rfms_can.errors import JointLimitError
-from rfms_can.kinematics import Geometry
+from rfms_can.kinematics import Geometry, nearest_singularity
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.preview import Phase
 
@@ -57,7 +57,8 @@ def worst_excess(arm: LimitedArm, phases: Sequence[Phase]) -> Excess | None:
     """The broken speed or acceleration limit that takes the longest time to mend; None if none."""
     worst: Excess | None = None
     for phase in phases:
-        values = np.abs(phase.motion[1:]).max(axis=1)
+        sizes = np.abs(phase.motion[1:])
+        values = sizes.max(axis=1)
         ratios = values / (arm.speed_limits, arm.acceleration_limits)
         for order, (verb, unit, limits) in enumerate(
             (
@@ -69,12 +70,20 @@ def worst_excess(arm: LimitedArm, phases: Sequence[Phase]) -> Excess | None:
             ratio = float(ratios[order, joint])
             slower = ratio**0.5 if order and phase.even else ratio
             if ratio > 1.0 + ROUNDING and (worst is None or slower > worst.slower):
+                sample = int(sizes[order, :, joint].argmax())
                 what = (
                     f"joint {joint + 1} of {arm.name} would {verb} {values[order, joint]:.4g} "
                     f"{unit} {phase.where}, its limit is {limits[joint]:g} {unit}"
+                    f"{_near_singular(arm, phase.motion[0, sample].tolist())}"
                 )
                 worst = Excess(what, ratio, slower, bool(order) and not phase.even)
     return worst
+
+
+def _near_singular(arm: Geometry, q: Sequence[float]) -> str:
+    """The singularity that makes joints fast at ``q``, rad, in words; nothing away from all."""
+    near = nearest_singularity(arm, q)
+    return f", next to {near.text}" if near.is_near else ""
 
 
 def check_ranges(arm: LimitedArm, phases: Sequence[Phase], sequence: int) -> None:
