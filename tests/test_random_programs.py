@@ -6,11 +6,15 @@ from typing import Any
 import pytest
 from random_programs import table
 from random_programs.draw import draw
+from random_programs.fine import Case, evidence
 from random_programs.on_bus import Batch
 from random_programs.results import KEPT, Brief, Conditions, read
-from random_programs.trial import Result, Trial
+from random_programs.trial import PERIOD_S, Result, Trial
 
 from rfms_can.arm import ARMS, arm_by_name
+from rfms_can.master.motion import Motion
+from rfms_can.messages import JointPositionMessage, ModeMessage
+from rfms_can.wire.vocabulary import Blend
 
 SEEDS = range(25)
 ROOT = Path(__file__).resolve().parents[1]
@@ -73,3 +77,36 @@ def test_the_kept_campaign_keeps_the_promise() -> None:
         assert len(mine) >= 300
         assert sum(each.ok == each.n for each in mine) >= 0.6 * len(mine)
     assert [each for each in results if table.broken(each)] == []
+
+
+def looked_at(segment_time: float, turn: float) -> str | None:
+    """What is found where joint 1 is to turn so far, rad, in so long, s."""
+    arm = arm_by_name("puma260")
+    motion = Motion(arm, PERIOD_S, Blend.CONTINUOUS, lambda *_: None)
+    q1, q2, q3, q4, q5, q6 = arm.park
+    motion.enable(arm.park)
+    motion.handle(JointPositionMessage("there", (q1 + turn, q2, q3, q4, q5, q6)))
+    motion.handle(ModeMessage("m", "joint", 0.1, segment_time))
+    before, world = motion.generator.last_accepted, motion.world
+    case = Case("", before, world.position("there"), world.mode("m"), 0)
+    return evidence(arm, motion.planner, case, PERIOD_S)
+
+
+def test_a_refusal_that_was_not_due_is_found_out() -> None:
+    """Joint 1 of the 260 may run at 2 rad/s."""
+    assert looked_at(2.0, 1.0) is None
+    assert "joint 1 at" in str(looked_at(0.45, 1.0))
+    assert "joint 1 at" in str(looked_at(0.4, -1.0))
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_refusals_of_random_programs_were_due(arm: str) -> None:
+    trials = []
+    for seed in SEEDS:
+        trial = Trial(arm_by_name(arm), draw(arm_by_name(arm), seed), seed, looks=True)
+        trial.run()
+        trials += [trial] if trial.case is not None else []
+        if len(trials) == 3:
+            break
+    assert trials
+    assert [trial.case for trial in trials if not trial.due] == []
