@@ -150,8 +150,8 @@ def test_between_transitions_only_joint_mode_runs_evenly(recording: Recording) -
         accelerate = round(2.0 * motion.acceleration_time / recording.period_s)
         rows = slice(motion.start + accelerate + 2, motion.stop - accelerate - 2)
         even.append(np.abs(acceleration[rows]).max())
-    assert even[0] < 1e-6
-    assert even[1] > 1e-3
+    assert even[0] < 1e-3  # r and poses are float32: a rounding of r is 3e-4 rad/s2
+    assert even[1] > 10.0 * even[0]
 
 
 def test_every_term_of_a_torque_has_a_colour_and_a_panel() -> None:

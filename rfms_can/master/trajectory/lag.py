@@ -19,8 +19,6 @@ LARGEST: Final = 0.02
 """A lag behind a path, rad, that says: this cannot be followed."""
 CAUGHT_UP: Final = 1e-9
 """Lag, and difference of steps, rad, that count as none."""
-SMOOTHING: Final = 0.3
-"""Part of the newest step in the velocity that is followed: counts of an encoder are none."""
 CAREFUL: Final = 0.7
 """Part of the speed at which a joint could just stop where it is asked to be."""
 
@@ -49,7 +47,7 @@ class Lag:
         active: whether that is anything.
     """
 
-    __slots__ = ("_asked", "_limits", "_steps", "_velocities", "active", "angles")
+    __slots__ = ("_asked", "_limits", "_steps", "active", "angles")
 
     def __init__(self, arm: JointLimits, period_s: float) -> None:
         self._limits: Final = tuple(
@@ -62,7 +60,6 @@ class Lag:
         """At rest at the angles ``asked``, rad, without a lag."""
         self._asked = list(asked)
         self._steps = [0.0] * 6  # commanded in the last cycle, rad
-        self._velocities = [0.0] * 6  # of what is asked for, rad a cycle
         self.angles = [0.0] * 6
         self.active = False
 
@@ -75,7 +72,7 @@ class Lag:
             if active or not (-bend <= step - steps[k] <= bend and -most <= step <= most):
                 still = self._follow(k, step, most, bend) and still
             else:
-                steps[k] = self._velocities[k] = step
+                steps[k] = step
             before[k] = asked[k]
         self.active = not still
         if still and active:
@@ -93,15 +90,11 @@ class Lag:
     def _follow(self, k: int, step: float, most: float, bend: float) -> bool:
         """One joint: as near to what is asked for as the limits let it; whether it is there."""
         last = self._steps[k]
-        velocity = self._velocities[k] = self._velocities[k] + SMOOTHING * (
-            step - self._velocities[k]
-        )
-        needed = step - self.angles[k]  # to be where it is asked to be
-        left = needed - velocity
-        size = abs(left)
+        behind = -self.angles[k]
+        size = abs(behind)
         if size > 0.5 * bend:
-            speed = min(size, CAREFUL * math.sqrt(2.0 * bend * size))
-            needed = velocity + math.copysign(speed, left)
+            behind = math.copysign(min(size, CAREFUL * math.sqrt(2.0 * bend * size)), behind)
+        needed = step + behind
         needed = min(max(needed, -most), most)
         needed = min(max(needed, last - bend), last + bend)
         self._steps[k] = needed
