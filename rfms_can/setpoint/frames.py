@@ -11,7 +11,7 @@ from rfms_can.wire.records import Setpoint
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
 _POSE: Final = struct.Struct("<9f")
-_HEAD: Final = struct.Struct("<12f")
+_HEAD: Final = struct.Struct("<3f")
 _ANGLES: Final = struct.Struct("<6f")
 _STATES: Final = tuple(TrajectoryState)
 _MODES: Final = tuple(Mode)
@@ -38,15 +38,13 @@ def values_of(
 
 def as_received(setpoint: CartesianSetpoint) -> CartesianSetpoint:
     """``setpoint`` as the joints receive it: poses, r, p and t_acc in float32."""
-    r, p, t_acc, *first = _HEAD.unpack(
-        _HEAD.pack(setpoint.r, setpoint.p, setpoint.acceleration_time, *_elements(setpoint.T6_1))
-    )
+    r, p, t_acc = _HEAD.unpack(_HEAD.pack(setpoint.r, setpoint.p, setpoint.acceleration_time))
     second = setpoint.T6_2
     return setpoint._replace(
         r=r,
         p=p,
         acceleration_time=t_acc,
-        T6_1=Transform.from_o_a_p(first[0:3], first[3:6], first[6:9]),
+        T6_1=_received(setpoint.T6_1),
         T6_2=None if second is None else _received(second),
     )
 
@@ -62,7 +60,9 @@ def _elements(pose: Transform) -> tuple[float, ...]:
     return (ox, oy, oz, ax, ay, az, px, py, pz)
 
 
+@lru_cache(maxsize=4)
 def _received(pose: Transform) -> Transform:
+    """A pose of float32; in joint mode it is the same from cycle to cycle."""
     e = _POSE.unpack(_POSE.pack(*_elements(pose)))
     return Transform.from_o_a_p(e[0:3], e[3:6], e[6:9])
 
