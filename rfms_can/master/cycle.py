@@ -223,7 +223,7 @@ class ControlCycle:
         """The set-point of the next cycle, and what goes with it."""
         motion, force = self._motion, self._force
         setpoint = motion.next_setpoint()
-        displacement = motion.displaced(force.follow(motion.commanded))
+        displacement = motion.displaced(force.follow(motion.commanded.theta))
         gripper = self._requests.gripper
         self._next = Outgoing(setpoint, motion.commanded.told, displacement, force.bias, gripper)
 

@@ -196,11 +196,11 @@ class ForceControl:
             )
         )
 
-    def follow(self, commanded: CommandedTrajectory) -> tuple[float, ...] | None:
-        """Joint displacements beside the commanded angles (6, rad); None without displacement."""
+    def follow(self, theta: Joints) -> tuple[float, ...] | None:
+        """Joint displacements beside the commanded ``theta``, rad (6); None if there is none."""
         if not self.comply.active:
             return None
-        return self.comply.follow(commanded.theta)
+        return self.comply.follow(theta)
 
     @property
     def bias(self) -> list[float] | None:

@@ -153,12 +153,6 @@ class CommandedTrajectory:
         j1, j2, j3, j4, j5, j6 = self._joints
         return (j1.step, j2.step, j3.step, j4.step, j5.step, j6.step)
 
-    @property
-    def bends(self) -> Joints:
-        """Their second differences, rad a cycle squared."""
-        j1, j2, j3, j4, j5, j6 = self._joints
-        return (j1.bend, j2.bend, j3.bend, j4.bend, j5.bend, j6.bend)
-
     def follow(self, setpoint: CartesianSetpoint, theta: Joints) -> None:
         """Take a set-point whose angles are known, rad: the joints are told them."""
         theta = angles_as_received(theta)
