@@ -12,6 +12,7 @@ from rfms_can.errors import TrackingError
 from rfms_can.kinematics import direct
 from rfms_can.master.motion import Motion
 from rfms_can.master.trajectory.braking import Brake
+from rfms_can.master.trajectory.commanded import PAST_END
 from rfms_can.messages import (
     ModeMessage,
     MoveRequest,
@@ -142,7 +143,7 @@ def test_a_joint_that_comes_to_its_range_by_servoing_stops_inside_it() -> None:
     servoing.check_limits()
     assert servoing.motion.stopped_short is not None
     assert "joint 1" in servoing.motion.stopped_short
-    assert max(q[0] for q in servoing.q) <= UPPER[0] + 1e-6
+    assert max(q[0] for q in servoing.q) <= UPPER[0] + PAST_END
 
 
 @pytest.mark.parametrize("step", [0.0, 1e-13])

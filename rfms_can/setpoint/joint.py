@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 from rfms_can.kinematics import Configuration
 from rfms_can.setpoint.blend import NO_MATCH, Derivatives, MatchingPolynomial, earlier
 from rfms_can.setpoint.cartesian import CartesianSetpoint
-from rfms_can.setpoint.history import SHORTEST, SampleHistory, matched_for, window_for
+from rfms_can.setpoint.history import SampleHistory, least_for, matched_for, window_for
 from rfms_can.setpoint.succession import may_follow
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
@@ -66,6 +66,7 @@ class JointSetpoint:
 
     __slots__ = (
         "_base",
+        "_entered",
         "_match",
         "_next",
         "_period",
@@ -95,6 +96,7 @@ class JointSetpoint:
         self.rate = self.acceleration = 0.0
         self._step1 = self._step2 = 0.0
         self._r = self._r_step = 0.0
+        self._entered = 0  # t_acc of the last transition, periods
         self._since_transition = 0  # samples of the base since the last transition
         self._theta_BC = 0.0
         self._match = NO_MATCH
@@ -246,7 +248,7 @@ class JointSetpoint:
         theta, velocity, acceleration, jerk = (
             self._extrapolated()
             if setpoint.blend is Blend.THESIS
-            else self._departing_motion(window)
+            else self._departing_motion(ticks)
         )
         self._next.push(theta_C if joint_mode else theta_B)
         _, *rates = self._next.at_newest(self._period, window)
@@ -262,6 +264,7 @@ class JointSetpoint:
             theta = theta_C + setpoint.r * self._theta_BC
         self._base, self._next = self._next, self._base
         self._r_step = 0.0
+        self._entered = ticks
         return theta
 
     def _extrapolated(self) -> Derivatives:
@@ -269,17 +272,17 @@ class JointSetpoint:
         step = self._step1
         return (self._previous + step, step / self._period, 0.0, 0.0)
 
-    def _departing_motion(self, window: int) -> Derivatives:
+    def _departing_motion(self, ticks: int) -> Derivatives:
         """The old motion now: its base one period ahead, and r, whose rate is constant there.
 
-        A long window does not reach back into the transition, at whose end the fourth derivative of
-        h is discontinuous; a short one may, but not out of rest: what it would see there of the
-        motion before, a slow transition multiplies by the third power of its time.
+        Its window hardly reaches back into the transition, at whose end the fourth derivative of h
+        is discontinuous; and not at all out of rest: what it would see there of the motion before,
+        a slow transition (t_acc of ``ticks``) multiplies by the third power of its time.
         """
         if not self._base:
             return (self.theta, 0.0, 0.0, 0.0)
-        least = 1 if self._state is _IDLE else SHORTEST
-        window = min(window, max(self._since_transition, least))
+        least = 1 if self._state is _IDLE else least_for(ticks, self._entered)
+        window = min(window_for(ticks), max(self._since_transition, least))
         theta, velocity, acceleration, jerk = self._base.one_ahead(self._period, window)
         theta_BC, step = self._theta_BC, self._r_step
         return (

@@ -18,12 +18,13 @@ from rfms_can.setpoint.frames import angles_as_received, as_received
 from rfms_can.setpoint.joint import Mark
 from rfms_can.transform import Transform
 
-ESTIMATED: Final = 1.05
-"""How much faster than its limit a set-point may be. Plans keep the limits; but the joints estimate
-from their last set-points how they leave a segment, and where its straight part is short they are a
-few per cent off."""
-RANGE_ROUNDING: Final = WIRE.angle
-"""Rad a joint may be past the end of its range, as the joints themselves take it."""
+FASTER: Final = 1.2
+"""How much faster than its limit a set-point may be: within that the joint lags behind. Plans keep
+the limits; but the joints estimate from their last set-points how they leave a segment, and where
+its straight part is short they are a few per cent off."""
+PAST_END: Final = 1e-3
+"""Rad a set-point may be past the end of a joint's range, for the same reason: stops are 0.05 rad
+behind the ends. What poses are solved to has to be inside."""
 BENT: Final = 1.5
 """How much more than its limit a joint may be asked to accelerate: within that it lags behind."""
 
@@ -40,7 +41,7 @@ NEAR_SHOULDER: Final = 0.1
 NEAR_HALF_TURN: Final = math.pi - 1e-3
 """A solution that is so far from where it was, rad, might as well be on another turn."""
 NEAR_END: Final = 1e-4
-"""The same of one so near to an end of its range: past it, its turn would be another one."""
+"""The same of a solution so near to an end of its range, or past it: its turn would be another."""
 
 
 class LimitedArm(Geometry, Protocol):
@@ -108,11 +109,14 @@ class CommandedTrajectory:
         self._joints: Final = tuple(JointSetpoint(period_s) for _ in arm.joint_limits)
         self._near_shoulder: Final = NEAR_SHOULDER * abs(arm.a2)
         self.told: Told | None = None
+        self._well_inside: Final = tuple(
+            (lower + NEAR_END, upper - NEAR_END) for lower, upper in arm.joint_limits
+        )
         self._bounds: Final = tuple(
             _Bounds(
-                lower - RANGE_ROUNDING,
-                upper + RANGE_ROUNDING,
-                ESTIMATED * speed * period_s,
+                lower - PAST_END,
+                upper + PAST_END,
+                FASTER * speed * period_s,
                 BENT * bend,
                 0.5 / bend,
             )
@@ -239,10 +243,9 @@ class CommandedTrajectory:
     def _is_in_doubt(self, q: Joints, turns: Sequence[float]) -> bool:
         """Whether the joints are to be told the angles ``q``, on the turns nearest to ``turns``,
         rad: what they know is a pose of float32."""
-        for angle, turn, (lower, upper, *_) in zip(q, turns, self._bounds, strict=True):
+        for angle, turn, (lower, upper) in zip(q, turns, self._well_inside, strict=True):
             if not (
-                -NEAR_HALF_TURN < angle - turn < NEAR_HALF_TURN
-                and lower + NEAR_END < angle < upper - NEAR_END
+                -NEAR_HALF_TURN < angle - turn < NEAR_HALF_TURN and lower < angle < upper
             ):
                 return True
         elbow, shoulder, wrist = singularity_margins(self.arm, q)
@@ -263,7 +266,7 @@ class CommandedTrajectory:
             return f"{name}set-point {theta:.6g} rad is outside {range_text}"
         step = theta - before.theta
         limit = self.arm.speed_limits[number - 1]
-        if abs(step) > ESTIMATED * limit * tau:
+        if abs(step) > FASTER * limit * tau:
             return f"{name}set-point speed {step / tau:.4g} rad/s exceeds {limit:g} rad/s"
         limit, bend = self.arm.acceleration_limits[number - 1], step - before.step
         if abs(bend) > BENT * limit * tau * tau:

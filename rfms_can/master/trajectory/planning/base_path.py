@@ -144,6 +144,16 @@ class Base:
         """How finely the path must be looked at."""
         return 1 if self._path is None else self._path.degree
 
+    @property
+    def entry_degree(self) -> int:
+        """The same of the transition into it."""
+        return self.degree if self._entry is None else self._entry.degree
+
+    @property
+    def rest_degree(self) -> int:
+        """The same of the goal in the transition to rest."""
+        return 1 if self._rest is None else self._rest.degree
+
     def derivatives(self, times: Floats) -> Floats:
         """Base and three time derivatives at local ``times``, s, all of the transition into the
         segment or all after it; shape (4, n, 6)."""

@@ -1,5 +1,6 @@
 """How the arm departs from the segment before a planned one: set-point and derivatives there."""
 
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ from rfms_can.master.trajectory.planning.base_path import Frame, remaining
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.segment import Segment
 from rfms_can.setpoint.blend import segment_derivatives
-from rfms_can.setpoint.history import SHORTEST, SampleHistory, window_for
+from rfms_can.setpoint.history import SampleHistory, least_for, window_for
 from rfms_can.wire.vocabulary import Mode
 
 PERIODS: Final = 6
@@ -75,7 +76,8 @@ def estimated_departure(
     if segment.rests or (move.mode is Mode.JOINT and move.target.constant):
         return departure_at(frame, departed, ticks)
     window = window_for(acceleration_ticks)
-    window = min(window, max(ticks - move.acceleration_ticks, SHORTEST))
+    least = least_for(acceleration_ticks, move.acceleration_ticks)
+    window = min(window, max(ticks - move.acceleration_ticks, least))
     window = min(window, ticks + move.acceleration_ticks)
     samples = [goal]  # from the newest back, on the turns of the goal
     for n in range(ticks - 1, ticks - 1 - window, -1):
@@ -92,3 +94,31 @@ def estimated_departure(
         h_there = np.array([[seconds / t_seg], [1.0 / t_seg], [0.0], [0.0]])
         return np.asarray(derivatives.T + (remaining(h_there) * np.array(theta_BC))[:, 0])
     return np.asarray(derivatives.T)
+
+
+def estimated_start(
+    frame: Frame, solve: Callable[[float, Joints], Joints], start: float, exact: Floats, ticks: int
+) -> Floats:
+    """A goal that moves by itself, at local time ``start``, s, as the joints take it; shape (4, 6).
+
+    They watch it for some periods: where it passes next to a singularity meanwhile, the fit is not
+    how it goes on.
+
+    Args:
+        frame: of the plan.
+        solve: angles at a local time, on the turns nearest to others, rad.
+        start: where it takes over.
+        exact: what it is there, and three derivatives by time.
+        ticks: t_acc of the transition, which decides how long it is watched.
+    """
+    q1, q2, q3, q4, q5, q6 = exact[0].tolist()
+    samples: list[Joints] = [solve(start, (q1, q2, q3, q4, q5, q6))]
+    for n in range(1, window_for(ticks)):
+        samples.append(solve(start - n * frame.period_s, samples[-1]))
+    estimated = exact.copy()
+    for joint in range(6):
+        history = SampleHistory()
+        for sample in reversed(samples):
+            history.push(sample[joint])
+        estimated[1:, joint] = history.at_newest(frame.period_s, len(samples))[1:]
+    return estimated

@@ -5,6 +5,8 @@ To rest it may always come. The transitions are made as :mod:`rfms_can.setpoint.
 the paths instead of samples.
 """
 
+import math
+from functools import cache
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -19,18 +21,24 @@ from rfms_can.master.trajectory.planning.cartesian_entry import (
     lined,
 )
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
-from rfms_can.master.trajectory.planning.departure import DepartedSegment, estimated_departure
+from rfms_can.master.trajectory.planning.departure import (
+    DepartedSegment,
+    departure_at,
+    estimated_departure,
+    estimated_start,
+)
 from rfms_can.master.trajectory.segment import Transition
 from rfms_can.setpoint.blend import blend_parameter
 from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
 
 TRANSITION: Final = 32
-"""Intervals a transition is looked at in; even, as most peaks are at p = 1/2."""
+"""Intervals a transition is looked at in, at least; even, as most peaks are at p = 1/2."""
+
+FINEST: Final = 1024
+"""The same at most: twice the degree of a path with more in it, next to a singularity."""
 
 COURSE: Final = 64
 """Intervals of the rest of a segment, at least; twice the degree of a path with more in it."""
-
-P: Final = np.linspace(0.0, 1.0, TRANSITION + 1)
 
 
 class Phase(NamedTuple):
@@ -103,11 +111,16 @@ def entry_motion(frame: Frame, departed: DepartedSegment, base: Base) -> Floats:
         motion = _curved(frame, leaving, hand_over, base, begins_near)
         check_ends(frame, departed, base, motion[0])
         return motion
-    motion = base.derivatives(t_acc * (2.0 * P - 1.0))
+    intervals = _intervals(base.entry_degree)
+    motion = base.derivatives(t_acc * (2.0 * _p(intervals) - 1.0))
     hand_over = before.move.segment_ticks - move.acceleration_ticks
     ticks = move.acceleration_ticks
-    difference = estimated_departure(frame, departed, hand_over, ticks) - motion[:, 0]
-    return motion[:3] + _matching(difference, move.acceleration_ticks, t_acc)
+    left = estimated_departure(frame, departed, hand_over, ticks)
+    was = departure_at(frame, departed, hand_over)
+    joined = motion[:, 0]
+    if not move.target.constant:
+        joined = estimated_start(frame, lambda t, q: base.solve(0.0, t, q), -t_acc, joined, ticks)
+    return _blended(frame, motion, was, left, joined, ticks)
 
 
 def _course(base: Base) -> Floats:
@@ -122,7 +135,8 @@ def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
     t_acc, t_seg = base.rest_time, base.segment_time
     if ends is Transition.CARTESIAN:
         if move.target.constant:
-            backwards = -blend_derivatives(1.0 - P, t_acc) * (t_acc / t_seg)
+            p = _p(_intervals(base.entry_degree))
+            backwards = -blend_derivatives(1.0 - p, t_acc) * (t_acc / t_seg)
             backwards[0] += 1.0
             backwards[1::2] *= -1.0
             return base.along(backwards)[:3]
@@ -132,8 +146,14 @@ def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
     hand_over = move.segment_ticks - move.rest_ticks
     leaves = DepartedSegment(base.segment, base.theta_BC, base.goal)
     at_end = estimated_departure(frame, leaves, hand_over, move.rest_ticks)
-    motion = base.at_rest(t_seg + t_acc * (2.0 * P - 1.0))
-    return motion[:3] + _matching(at_end - motion[:, 0], move.rest_ticks, t_acc)
+    intervals = _intervals(base.rest_degree)
+    motion = base.at_rest(t_seg + t_acc * (2.0 * _p(intervals) - 1.0))
+    was = departure_at(frame, leaves, hand_over)
+    joined, ticks = motion[:, 0], move.rest_ticks
+    if not move.target.constant:
+        start = t_seg - t_acc
+        joined = estimated_start(frame, lambda t, q: base.solve(1.0, t, q), start, joined, ticks)
+    return _blended(frame, motion, was, at_end, joined, ticks)
 
 
 def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous: Joints) -> Floats:
@@ -152,18 +172,51 @@ def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous
         moment = Moment(frame.tick, h, middle + t)
         return solve(correction.pose(segment, moment, 1.0 - h, p), configuration, previous)
 
-    motion = Curve(angles, (0.0, 1.0), previous).derivatives(P)[:3]
+    curve = Curve(angles, (0.0, 1.0), previous)
+    motion = curve.derivatives(_p(_intervals(curve.degree)))[:3]
     return np.asarray(motion * ((2.0 * t_acc) ** -np.arange(3.0))[:, None, None])
 
 
-def _matching(difference: Floats, acceleration_ticks: int, t_acc: float) -> Floats:
-    """What takes out ``difference`` (4, 6) within 2 t_acc (3.18), at P; shape (3, n, 6)."""
+def _blended(
+    frame: Frame, motion: Floats, was: Floats, left: Floats, joined: Floats, ticks: int
+) -> Floats:
+    """A transition of the joints: ``motion`` (4, n, 6), and what remains of the old one; (3, n, 6).
+
+    Args:
+        frame: of the plan.
+        motion: of the base.
+        was, left: what the joints did before (4, 6), and what they take it for.
+        joined: what they take the new base for where it begins (4, 6).
+        ticks: t_acc, periods.
+    """
+    tau = frame.period_s
+    blended = motion[:3] + _matching(left - joined, ticks, tau, motion.shape[1] - 1)
+    jump = (left - was - joined + motion[:, 0])[:2]
+    jump = np.abs(jump[0]) / tau**2 + np.abs(jump[1]) / tau
+    blended[2, 0] += np.copysign(jump, blended[2, 0])  # in the first cycle
+    return np.asarray(blended)
+
+
+def _intervals(degree: int) -> int:
+    """Intervals in which a transition along a path of that degree is looked at."""
+    if 2 * degree <= TRANSITION:
+        return TRANSITION
+    return min(FINEST, 1 << math.ceil(math.log2(2 * degree)))
+
+
+@cache
+def _p(intervals: int) -> Floats:
+    return np.linspace(0.0, 1.0, intervals + 1)
+
+
+def _matching(difference: Floats, ticks: int, tau: float, intervals: int) -> Floats:
+    """What takes out ``difference`` (4, 6) within 2 t_acc (3.18), at even p; shape (3, n, 6)."""
     x, v, a, j = difference
-    if acceleration_ticks > JERK_TICKS:
+    if ticks > JERK_TICKS:
         j = np.zeros(6)
-    if acceleration_ticks > ACCELERATION_TICKS:
+    if ticks > ACCELERATION_TICKS:
         a = np.zeros(6)
-    span = 2.0 * t_acc
+    span = 2.0 * ticks * tau
     a1, a2, a3 = span * v, span**2 / 2.0 * a, span**3 / 6.0 * j
     q = np.stack(
         (
@@ -173,14 +226,13 @@ def _matching(difference: Floats, acceleration_ticks: int, t_acc: float) -> Floa
             a3 + 4.0 * a2 + 10.0 * a1 + 20.0 * x,
         )
     )
-    return np.asarray((_FADING @ q) * (span ** -np.arange(3.0))[:, None, None])
+    return np.asarray((_fading(intervals) @ q) * (span ** -np.arange(3.0))[:, None, None])
 
 
-def _fading() -> Floats:
-    """(1 - p)^4 p^k for k = 0 to 3, and two derivatives, at P; shape (3, n, 4)."""
+@cache
+def _fading(intervals: int) -> Floats:
+    """(1 - p)^4 p^k for k = 0 to 3, and two derivatives; shape (3, n, 4)."""
+    p = _p(intervals)
     fourth = np.polynomial.Polynomial([1.0, -4.0, 6.0, -4.0, 1.0])
     terms = [fourth * np.polynomial.Polynomial.basis(k) for k in range(4)]
-    return np.array([[term.deriv(order)(P) for term in terms] for order in range(3)]).swapaxes(1, 2)
-
-
-_FADING: Final = _fading()
+    return np.array([[term.deriv(order)(p) for term in terms] for order in range(3)]).swapaxes(1, 2)

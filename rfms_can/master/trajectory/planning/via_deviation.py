@@ -18,6 +18,7 @@ from rfms_can.transform import DriveTransform, Transform
 LEVER: Final = 1e-5
 """Metres a radian counts for, so that the nearest point of a mere turn is well defined."""
 
+_INTERVALS: Final = 32
 _EVERY: Final = 2
 _NODES: Final = 8
 _INVERSE_PRODUCTS: Final = [
@@ -49,6 +50,7 @@ def deviation(arm: Geometry, angles: Floats, left: Transform, right: Transform) 
         q1, q2, q3, q4, q5, q6 = q
         return out @ direct(arm, (q1, q2, q3, q4, q5, q6)) @ back
 
+    angles = angles[:: max(1, (len(angles) - 1) // _INTERVALS)]
     coarse = [_measure(off(q)) for q in angles[::_EVERY].tolist()]
     nearest = float(_EVERY * np.argmin(coarse))
     for step in _REFINED:
