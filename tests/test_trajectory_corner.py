@@ -265,6 +265,7 @@ def test_random_programs_of_all_kinds_run_evenly_to_their_ends(seed: int) -> Non
     rig = PlannedRig()
     rig.wire = bool(draw.integers(2))
     rig.run(12)
+    bounds = [None, 0.001, 0.005]
     for _ in range(int(draw.integers(2, 6))):
         swing = draw.uniform(-1.0, 1.0, 6) * (0.3, 0.2, 0.2, 0.3, 0.3, 0.3)
         q1, q2, q3, q4, q5, q6 = (np.array(REST) + swing).tolist()
@@ -277,12 +278,14 @@ def test_random_programs_of_all_kinds_run_evenly_to_their_ends(seed: int) -> Non
                 draw.uniform(0.1, 0.3),
                 draw.uniform(0.6, 1.2),
                 transition=list(Transition)[draw.integers(2)],
-                deviation=[None, 0.001, 0.005][draw.integers(3)],
+                deviation=bounds[draw.integers(3) % len(bounds)],
                 lengthen=True,
             ),
         )
         rig.generator.request(*plan.moves)
         rig.plans.append(plan)
+        # What weaves by 2 mm while a path leaves it is not passed within 1 mm.
+        bounds = [None, 0.001, 0.005] if place.goal.constant else [None]
         rig.run(int(draw.integers(0, 240) * draw.integers(2)))
         if draw.random() < 0.2:
             rig.generator.pause()

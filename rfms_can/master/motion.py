@@ -229,7 +229,7 @@ class Motion:
         try:
             plan = self.planner.plan(
                 *(before, accepted.position, accepted.mode, sequence, tick),
-                generator.periods_left,
+                *(generator.periods_left, generator.rest),
             )
             generator.request(*plan.moves)
         except (MoveError, KinematicsError) as error:

@@ -123,7 +123,9 @@ class WaitingMoves:
                     f"of real time",
                 )
             try:
-                plan = planner.plan(before, move.position, move.mode, k, tick)
+                plan = planner.plan(
+                    *(before, move.position, move.mode, k, tick), rest=generator.rest
+                )
             except (MoveError, KinematicsError) as error:
                 raise _refused(k, move, str(error)) from error
             plans[k] = plan

@@ -76,7 +76,9 @@ class PlannedRig(Rig):
         generator = self.generator
         sequence = len(self.plans) + 1
         before = generator.last_accepted
-        return self.planner.plan(before, place, how, sequence, generator.tick_count)
+        return self.planner.plan(
+            *(before, place, how, sequence, generator.tick_count), rest=generator.rest
+        )
 
     def go(self, place: PlannedPosition, how: PlannedMode) -> Plan:
         """Plan a move and request it."""

@@ -37,6 +37,7 @@ class MovingGoal:
     """A target that moves at a constant velocity (m/s, base frame) from tick 0."""
 
     constant = False
+    cycle_s = 0.0
 
     def __init__(self, target: Transform, velocity: Sequence[float], period_s: float) -> None:
         self._target = target
@@ -58,6 +59,7 @@ class WeavingGoal:
     """A target that weaves with t and rises with h, as functional transforms do; keeps moments."""
 
     constant = False
+    cycle_s = math.tau / 4.0
 
     def __init__(self, target: Transform, width: float = 0.002, rise: float = 0.005) -> None:
         self._target = target

@@ -27,6 +27,7 @@ class MovingGoal:
     """T6 with the tool at a goal that moves at a constant velocity."""
 
     constant = False
+    cycle_s = 0.0
 
     def __init__(self, leg: Leg, tool: Transform, period_s: float) -> None:
         self._leg: Final = leg

@@ -244,9 +244,7 @@ class CommandedTrajectory:
         """Whether the joints are to be told the angles ``q``, on the turns nearest to ``turns``,
         rad: what they know is a pose of float32."""
         for angle, turn, (lower, upper) in zip(q, turns, self._well_inside, strict=True):
-            if not (
-                -NEAR_HALF_TURN < angle - turn < NEAR_HALF_TURN and lower < angle < upper
-            ):
+            if not (-NEAR_HALF_TURN < angle - turn < NEAR_HALF_TURN and lower < angle < upper):
                 return True
         elbow, shoulder, wrist = singularity_margins(self.arm, q)
         return (

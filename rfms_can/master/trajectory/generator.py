@@ -23,7 +23,7 @@ from rfms_can.master.trajectory.pace import MIN_FEED, Pace
 from rfms_can.master.trajectory.queue import MoveQueue, check_feed
 from rfms_can.master.trajectory.runner import SegmentRunner
 from rfms_can.master.trajectory.schedule import Schedule
-from rfms_can.master.trajectory.segment import Move, Segment, Transition
+from rfms_can.master.trajectory.segment import Move, Rest, Segment, Transition
 from rfms_can.master.trajectory.states import Event, Stage, following
 from rfms_can.messages import Outcome
 from rfms_can.setpoint import CartesianSetpoint
@@ -275,6 +275,17 @@ class TrajectoryGenerator:
         if self._queue:
             return Segment(self._queue[-1])
         return self._run.segment if self._run.next is None else self._run.next
+
+    @property
+    def rest(self) -> Rest | None:
+        """The rest that the first move that has not begun ends; None if it follows a segment."""
+        run = self._run
+        if run.next is not None:
+            return Rest.after(run.segment) if run.next.rests else None
+        if not run.segment.rests:
+            return None
+        left = max(0.0, run.segment.move.acceleration_ticks - run.n)
+        return Rest(run.clock + (0.0 if run.rested else left), run.rested)
 
     @property
     def periods_left(self) -> float:

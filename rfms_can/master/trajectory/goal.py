@@ -34,6 +34,11 @@ class Goal(Protocol):
     def constant(self) -> bool:
         """Whether all transforms are of type value: the same at every moment, and cached."""
 
+    @property
+    def cycle_s(self) -> float:
+        """Time in which the goal shows all it does where the arm rests at it, s; 0 where it rests
+        as well, or goes on for ever, or is observed."""
+
     def left(self, moment: Moment) -> Transform:
         """L: what stands left of the drive transform."""
 
@@ -54,6 +59,7 @@ class FixedGoal:
     __slots__ = ("_left", "_pose", "_right", "angles")
 
     constant = True
+    cycle_s = 0.0
 
     def __init__(
         self, target: Transform, tool: Transform | None = None, angles: Joints | None = None

@@ -194,6 +194,24 @@ class Segment(NamedTuple):
         return goal.left(moment).inverse() @ self.hand(moment, r) @ goal.right(moment).inverse()
 
 
+class Rest(NamedTuple):
+    """The rest of the arm that a move is to end.
+
+    Attributes:
+        clock: local time its goal is told in the last cycle, or when the arm will have come to
+            rest, periods.
+        seen: periods for which the joints have seen by then how the goal moves.
+    """
+
+    clock: float
+    seen: int = 0
+
+    @classmethod
+    def after(cls, segment: Segment) -> Self:
+        """That at the goal of ``segment``, as soon as the arm is there."""
+        return cls(segment.move.segment_ticks + segment.move.rest_ticks)
+
+
 def whole_ticks(duration_s: float, period_s: float) -> int:
     """``duration_s`` in periods, rounded to the nearest.
 

@@ -52,6 +52,19 @@ def evaluator(name: str, function: AnyFunction) -> Evaluator:
             return _table(name, function)
 
 
+def cycle(function: AnyFunction) -> float:
+    """How far its parameter runs until it has shown all it does; 0 where it goes on for ever."""
+    match function:
+        case Weave(_, cycles):
+            return 1.0 / abs(cycles) if cycles else 0.0
+        case Circular():
+            return math.tau / abs(function.angle) if function.angle else 0.0
+        case Table():
+            return max(0.0, function.rows[-1].u)
+        case Linear():
+            return 0.0
+
+
 def screw(place: Vector3, turn: Vector3) -> Transform:
     """The transform with origin ``place``, m, turned by the rotation vector ``turn``, rad."""
     x, y, z = turn

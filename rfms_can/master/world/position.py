@@ -30,6 +30,11 @@ class RingGoal:
         self._ends: tuple[Transform, Transform] | None = None
         self._pose = Transform.identity()
 
+    @property
+    def cycle_s(self) -> float:
+        """Time in which it shows all it does, s."""
+        return max(self._left.cycle_s, self._right.cycle_s)
+
     def left(self, moment: Moment) -> Transform:
         """L: over the base to the drive transform."""
         return self._left.at(moment)

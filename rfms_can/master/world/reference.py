@@ -119,6 +119,8 @@ class Reference:
             it rests.
     """
 
+    cycle_s = 0.0  # what will be observed is not known
+
     __slots__ = (
         "_course",
         "_inverse",

@@ -129,6 +129,13 @@ class Chain:
         """Whether it is the same at every moment."""
         return all(isinstance(factor.source, Transform) for factor in self._factors)
 
+    @property
+    def cycle_s(self) -> float:
+        """Time in which it shows all it does, s; 0 where time alone does not change it."""
+        sources = (factor.source for factor in self._factors)
+        cycles = (0.0 if isinstance(source, Transform) else source.cycle_s for source in sources)
+        return max(cycles, default=0.0)
+
     def at(self, moment: Moment) -> Transform:
         """The product; the same object while it does not change."""
         valid = True

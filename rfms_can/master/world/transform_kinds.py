@@ -10,7 +10,7 @@ from typing import Final, Protocol
 import msgspec
 
 from rfms_can.master.trajectory.goal import Moment
-from rfms_can.master.world.functions import Evaluator
+from rfms_can.master.world.functions import Evaluator, cycle
 from rfms_can.messages import AnyFunction
 from rfms_can.transform import Transform
 
@@ -26,6 +26,11 @@ class Live(Protocol):
 
     def inverse_at(self, moment: Moment) -> Transform:
         """Its inverse, likewise."""
+
+    @property
+    def cycle_s(self) -> float:
+        """Time in which it shows all it does, s; 0 where time alone does not change it, or for
+        ever, or where nothing is known of it."""
 
 
 class Inverse:
@@ -50,15 +55,22 @@ class Functional:
         rows: what stands left of the function.
         function: as it was sent.
         evaluator: of it.
+
+    Attributes:
+        cycle_s: as of ``Live``.
     """
 
-    __slots__ = ("_evaluator", "_function", "_inverse", "_of_time", "_rows", "_u", "_value")
+    __slots__ = (
+        *("_evaluator", "_function", "_inverse", "_of_time", "_rows", "_u", "_value"),
+        "cycle_s",
+    )
 
     def __init__(self, rows: Transform, function: AnyFunction, evaluator: Evaluator) -> None:
         self._rows: Final = rows
         self._function: Final = _encode(function)
         self._evaluator: Final = evaluator
         self._of_time: Final = function.parameter == "t"
+        self.cycle_s: Final = cycle(function) if self._of_time else 0.0
         self._inverse: Final = Inverse()
         self._u = 0.0
         self._value = rows @ evaluator(0.0)

@@ -46,7 +46,11 @@ class Frame(NamedTuple):
 
     def at_goal(self, segment: Segment) -> Moment:
         """The moment at which ``segment`` would be at its goal."""
-        return Moment(self.tick, 1.0, segment.move.segment_ticks * self.period_s)
+        return self.at(1.0, segment.move.segment_ticks)
+
+    def at(self, h: float, ticks: float) -> Moment:
+        """The moment at h and a local time in periods."""
+        return Moment(self.tick, h, ticks * self.period_s)
 
 
 class Base:

@@ -21,7 +21,10 @@ class PartGoal:
         whole: the goal of the whole path.
     """
 
-    __slots__ = ("_begins", "_ends", "_pose", "_shift", "_start_s", "_turn", "constant", "whole")
+    __slots__ = (
+        *("_begins", "_ends", "_pose", "_shift", "_start_s", "_turn"),
+        *("constant", "cycle_s", "whole"),
+    )
 
     def __init__(
         self, whole: Goal, drive: DriveTransform, begins: float, ends: float, start_s: float
@@ -33,6 +36,7 @@ class PartGoal:
         """
         self.whole: Final = whole
         self.constant: Final = whole.constant
+        self.cycle_s: Final = whole.cycle_s
         self._begins: Final = begins
         self._ends: Final = ends
         self._start_s: Final = start_s

@@ -13,13 +13,13 @@ from rfms_can.master.trajectory.admission import (
     check_succession,
     check_times,
 )
-from rfms_can.master.trajectory.goal import Goal, Moment, joint_coordinates
+from rfms_can.master.trajectory.goal import Goal, joint_coordinates
 from rfms_can.master.trajectory.joint_line import JointLine, PlannedJoints
 from rfms_can.master.trajectory.planning.alternatives import alternatives
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.corner import Corner, longest, via_deviation
 from rfms_can.master.trajectory.planning.curve import Floats
-from rfms_can.master.trajectory.planning.departure import DepartedSegment
+from rfms_can.master.trajectory.planning.departure import DepartedSegment, Leave
 from rfms_can.master.trajectory.planning.joint_goal import check_reached, configuration_for
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
@@ -31,7 +31,7 @@ from rfms_can.master.trajectory.planning.times import (
     least_ticks,
     segment_ticks,
 )
-from rfms_can.master.trajectory.segment import Move, Segment, Transition, whole_ticks
+from rfms_can.master.trajectory.segment import Move, Rest, Segment, Transition, whole_ticks
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
 
@@ -142,6 +142,7 @@ class MovePlanner:
         sequence: int,
         tick: int,
         left: float = math.inf,
+        rest: Rest | None = None,
     ) -> Plan:
         """What a request to move becomes.
 
@@ -152,19 +153,24 @@ class MovePlanner:
             tick: of the trajectory generator, at which goals that move are looked at.
             left: periods until the goal of ``before``, if it is under way: a corner that is free to
                 choose its acceleration time chooses one it is not too late for.
+            rest: if ``before`` rests: how the goal moves there is then known.
 
         Raises:
             MoveError: a rule or a limit is broken; the message has the time that would do.
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
         try:
-            return self._made(*self._attempt(before, position, mode, sequence, tick, left))
+            attempt = self._attempt(before, position, mode, sequence, tick, left, rest)
+            return self._made(*attempt)
         except (MoveError, KinematicsError) as error:
             others = alternatives(
                 before,
                 mode,
                 self._period,
-                lambda after, changed: self._attempt(after, position, changed, sequence, tick),
+                lambda after, changed: self._attempt(
+                    *(after, position, changed, sequence, tick, math.inf),
+                    rest if after is before else Rest.after(before),
+                ),
             )
             raise instead(error, others) from error
 
@@ -176,9 +182,10 @@ class MovePlanner:
         sequence: int,
         tick: int,
         left: float = math.inf,
+        rest: Rest | None = None,
     ) -> tuple[Trial, Outcome]:
         """``plan``, without remembering anything of it."""
-        trial = self.trial(before, position, mode, sequence, tick)
+        trial = self.trial(before, position, mode, sequence, tick, rest)
         move = trial.base.segment.move
         if mode.deviation is not None and not before.rests:
             corner = Corner(trial, mode.deviation, longest(before.move, move, left))
@@ -198,36 +205,49 @@ class MovePlanner:
         mode: PlannedMode,
         sequence: int,
         tick: int,
+        rest: Rest | None = None,
+        acceleration_ticks: int | None = None,
     ) -> Trial:
         """A move as its mode has it, before limits are looked at; arguments as of ``plan``.
+
+        Args:
+            acceleration_ticks: t_acc, periods, if another than the mode's.
 
         Raises:
             MoveError: a rule is broken.
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
         frame = Frame(self._kinematics, tick, self._period)
-        departed = self._departed(before, frame)
-        acceleration = whole_ticks(mode.acceleration_time, self._period)
+        own = whole_ticks(mode.acceleration_time, self._period)
+        acceleration = acceleration_ticks or own
         configuration = _configuration(position, mode, before, sequence)
-        goal = straightened(self._kinematics, position.goal, configuration, departed.goal)
         move = Move(
-            *(sequence, goal, mode.mode, least_ticks(acceleration), acceleration),
+            *(sequence, position.goal, mode.mode, least_ticks(acceleration), acceleration),
             *(configuration, mode.transition),
-            rest_acceleration_ticks=None if mode.deviation is None else acceleration,
+            rest_acceleration_ticks=None if mode.deviation is None else own,
         )
         if before.rests:
             move = move.from_rest()
+        leave = Leave.of(before, rest or Rest(before.move.segment_ticks), move)
+        departed = self._departed(before, frame, leave, rest or Rest(before.move.segment_ticks))
+        goal = straightened(self._kinematics, position.goal, configuration, departed.goal)
+        move = move._replace(target=goal)
         check_configuration(before.move, move)
-        drive = _from_goal_to_goal(before, move, frame)
+        drive = _from_goal_to_goal(before, move, frame, leave.settled)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
         base = self._timed(frame, departed, move, drive, parts, mode)
         check_reached(base)
         if mode.transition is Transition.CARTESIAN and before.rests:
             _check_theta4(base, sequence)
         ends = move.to_rest().transition if parts == 1 else Transition.CARTESIAN
-        return Trial(self.arm, frame, departed, base, ends, parts)
 
-    def _departed(self, before: Segment, frame: Frame) -> DepartedSegment:
+        def again(ticks: int) -> Trial:
+            return self.trial(before, position, mode, sequence, tick, rest, ticks)
+
+        moves = not before.move.target.constant
+        return Trial(self.arm, frame, departed, base, ends, parts, again if moves else None)
+
+    def _departed(self, before: Segment, frame: Frame, leave: Leave, rest: Rest) -> DepartedSegment:
         """The segment to follow, with what was planned of it."""
         move = before.move
         planned = self._planned.get(move.sequence)
@@ -235,14 +255,14 @@ class MovePlanner:
             raise AssertionError(f"move {move.sequence} was not planned: reset says where it rests")
         goal = planned.goal
         if not move.target.constant:
-            pose = move.target.pose(frame.at_goal(before))
+            pose = move.target.pose(frame.at(1.0, leave.left))
             goal = frame.kinematics.solve(pose, move.configuration, goal)
         if move.mode is Mode.CARTESIAN and before.drive is None and not before.rests:
             before = before._replace(drive=planned.drive)
         if move.mode is Mode.JOINT and not before.rests:
             line = JointLine(self._kinematics, planned.theta_BC, goal, move.configuration)
             before = before._replace(line=line)
-        return DepartedSegment(before, planned.theta_BC, goal)
+        return DepartedSegment(before, planned.theta_BC, goal, rest)
 
     def _timed(
         self,
@@ -300,7 +320,7 @@ class MovePlanner:
         if drive is not None and trial.parts > 1:
             moves = in_parts(move, drive, tau)
             last = Segment(moves[0])
-            drive = _from_goal_to_goal(last, moves[1], trial.frame)
+            drive = _from_goal_to_goal(last, moves[1], trial.frame, last.move.segment_ticks)
         off = None
         if not departed.segment.rests:
             off = via_deviation(trial, outcome.preview.entry.motion[0])
@@ -354,10 +374,13 @@ def _check_theta4(base: Base, sequence: int) -> None:
         )
 
 
-def _from_goal_to_goal(before: Segment, move: Move, frame: Frame) -> DriveTransform:
-    """D(1) of ``move``, also in joint mode: how far its tool is to travel and turn."""
-    start = Moment(frame.tick, 0.0, -move.acceleration_ticks * frame.period_s)
-    origin = before.move.target.pose(frame.at_goal(before))
+def _from_goal_to_goal(before: Segment, move: Move, frame: Frame, settled: float) -> DriveTransform:
+    """D(1) of ``move``, also in joint mode: how far its tool is to travel and turn.
+
+    It is fixed when the goal of ``before`` is at its local time ``settled``, periods.
+    """
+    start = frame.at(0.0, -move.acceleration_ticks)
+    origin = before.move.target.pose(frame.at(1.0, settled))
     return DriveTransform.between(move.target.left(start), origin, move.target.right(start))
 
 

@@ -23,16 +23,20 @@ from rfms_can.master.trajectory.planning.cartesian_entry import (
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
 from rfms_can.master.trajectory.planning.departure import (
     DepartedSegment,
+    Leave,
     departure_at,
     estimated_departure,
     estimated_start,
 )
-from rfms_can.master.trajectory.segment import Transition
+from rfms_can.master.trajectory.segment import Rest, Transition
 from rfms_can.setpoint.blend import blend_parameter
 from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
 
 TRANSITION: Final = 32
 """Intervals a transition is looked at in, at least; even, as most peaks are at p = 1/2."""
+
+STAY: Final = 256
+"""Intervals in which all is looked at that a goal does while the arm rests there, at most."""
 
 FINEST: Final = 1024
 """The same at most: twice the degree of a path with more in it, next to a singularity."""
@@ -63,12 +67,14 @@ class Preview(NamedTuple):
         course: between the transitions.
         rest: the transition to rest.
         departure: from rest where ``entry`` is not: should the move be requested too late.
+        stay: at rest at a goal that goes on.
     """
 
     entry: Phase
     course: Phase
     rest: Phase
     departure: Phase | None
+    stay: Phase | None
 
 
 def preview(frame: Frame, departed: DepartedSegment, base: Base, ends: Transition) -> Preview:
@@ -81,7 +87,7 @@ def preview(frame: Frame, departed: DepartedSegment, base: Base, ends: Transitio
     where, departure = "on departure", None
     if not before.rests:
         where = f"in the transition from move {before.move.sequence}"
-        rested = departed._replace(segment=before.to_rest())
+        rested = departed._replace(segment=before.to_rest(), rest=Rest.after(before))
         departing = entry_motion(frame, rested, base.from_rest())
         departure = Phase("on departure from rest", False, departing)
     return Preview(
@@ -89,6 +95,7 @@ def preview(frame: Frame, departed: DepartedSegment, base: Base, ends: Transitio
         Phase("on its way", True, _course(base)),
         Phase("coming to rest", False, _to_rest(frame, base, ends)),
         departure,
+        _stay(frame, base),
     )
 
 
@@ -103,24 +110,23 @@ def entry_motion(frame: Frame, departed: DepartedSegment, base: Base) -> Floats:
     before = departed.segment
     still = before.rests and before.move.target.constant and move.target.constant
     transition = move.from_rest().transition if before.rests else move.transition
+    _, left = Leave.of(before, departed.rest, move._replace(transition=transition))
     if transition is Transition.CARTESIAN and not still:
         hand_over = 0 if before.rests else before.move.segment_ticks - move.acceleration_ticks
-        clock = before.move.segment_ticks if before.rests else hand_over
-        leaving = Leaving(before, frame.tick, hand_over, clock, 1.0, frame.period_s)
+        leaving = Leaving(before, frame.tick, hand_over, left, 1.0, frame.period_s)
         begins_near = departing_angles(frame, departed, hand_over)
         motion = _curved(frame, leaving, hand_over, base, begins_near)
         check_ends(frame, departed, base, motion[0])
         return motion
     intervals = _intervals(base.entry_degree)
     motion = base.derivatives(t_acc * (2.0 * _p(intervals) - 1.0))
-    hand_over = before.move.segment_ticks - move.acceleration_ticks
     ticks = move.acceleration_ticks
-    left = estimated_departure(frame, departed, hand_over, ticks)
-    was = departure_at(frame, departed, hand_over)
+    was = departure_at(frame, departed, left)
+    taken = estimated_departure(frame, departed, left, ticks)
     joined = motion[:, 0]
     if not move.target.constant:
         joined = estimated_start(frame, lambda t, q: base.solve(0.0, t, q), -t_acc, joined, ticks)
-    return _blended(frame, motion, was, left, joined, ticks)
+    return _blended(frame, motion, was, taken, joined, ticks)
 
 
 def _course(base: Base) -> Floats:
@@ -144,7 +150,7 @@ def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
         leaving = Leaving(base.segment, frame.tick, hand_over, hand_over, 1.0, frame.period_s)
         return _curved(frame, leaving, hand_over, base, base.goal)
     hand_over = move.segment_ticks - move.rest_ticks
-    leaves = DepartedSegment(base.segment, base.theta_BC, base.goal)
+    leaves = DepartedSegment(base.segment, base.theta_BC, base.goal, Rest(0.0))
     at_end = estimated_departure(frame, leaves, hand_over, move.rest_ticks)
     intervals = _intervals(base.rest_degree)
     motion = base.at_rest(t_seg + t_acc * (2.0 * _p(intervals) - 1.0))
@@ -154,6 +160,25 @@ def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
         start = t_seg - t_acc
         joined = estimated_start(frame, lambda t, q: base.solve(1.0, t, q), start, joined, ticks)
     return _blended(frame, motion, was, at_end, joined, ticks)
+
+
+def _stay(frame: Frame, base: Base) -> Phase | None:
+    """A goal that time moves goes on when the arm is there: all of what it does, looked at as often
+    as a cycle needs."""
+    cycle, first = base.segment.move.target.cycle_s, base.segment_time + base.rest_time
+    if not cycle:
+        return None
+    intervals = min(STAY, max(4, math.ceil(cycle / frame.period_s)))
+    angles, previous = [], base.goal
+    for k in range(intervals + 3):
+        previous = base.solve(1.0, first + cycle * k / intervals, previous)
+        angles.append(previous)
+    step = cycle / intervals
+    motion = np.zeros((3, intervals + 1, 6))
+    motion[0] = angles[1:-1]
+    motion[1] = (np.array(angles[2:]) - angles[:-2]) / (2.0 * step)
+    motion[2] = np.diff(np.array(angles), n=2, axis=0) / step**2
+    return Phase("at rest at its goal, which goes on,", True, motion)
 
 
 def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous: Joints) -> Floats:

@@ -1,6 +1,7 @@
 """Times that would do, for a move that breaks a limit as it is."""
 
 import math
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from rfms_can.errors import JointLimitError, KinematicsError
@@ -54,6 +55,8 @@ class Trial(NamedTuple):
         base: of its own segment.
         ends: how it comes to rest.
         parts: in how many it is moved.
+        again: it again with another t_acc, periods, where its path depends on that: out of a goal
+            that moves.
     """
 
     arm: LimitedArm
@@ -62,6 +65,7 @@ class Trial(NamedTuple):
     base: Base
     ends: Transition
     parts: int
+    again: "Callable[[int], Trial] | None" = None
 
     @property
     def times(self) -> Times:
@@ -80,6 +84,11 @@ class Trial(NamedTuple):
         Raises:
             KinematicsError: they cannot, or leave their ranges.
         """
+        if self.again is not None and times.acceleration != self.times.acceleration:
+            return self.again(times.acceleration)._run(times)
+        return self._run(times)
+
+    def _run(self, times: Times) -> Outcome:
         base = self.base if times == self.times else self.base.with_time(*times)
         seen = preview(self.frame, self.departed, base, self.ends)
         phases = [phase for phase in seen if phase is not None]
