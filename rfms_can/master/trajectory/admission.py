@@ -83,10 +83,20 @@ def check_transition(before: Segment, move: Move) -> None:
             )
 
 
-def check_path(before: Move, move: Move, tick: int) -> None:
-    """A Cartesian segment keeps its configuration and turns by 0.8 pi at most.
+def from_goal_to_goal(before: Move, move: Move, tick: int, period_s: float) -> DriveTransform:
+    """D(1) of ``move``, also in joint mode: how far its tool is to travel and turn.
 
-    With goals that move this is judged by where they are at ``tick``.
+    Goals that move are taken as they are at ``tick``, at the moments of the hand-over: the one
+    before at its end, the new one where its transition begins.
+    """
+    goal = move.target
+    start = Moment(tick, 0.0, -move.acceleration_ticks * period_s)
+    origin = before.target.pose(Moment(tick, 1.0, before.segment_ticks * period_s))
+    return DriveTransform.between(goal.left(start), origin, goal.right(start))
+
+
+def check_path(before: Move, move: Move, tick: int, period_s: float) -> None:
+    """A Cartesian segment keeps its configuration and turns by 0.8 pi at most.
 
     Raises:
         MoveError: another configuration, or too large a rotation.
@@ -94,10 +104,7 @@ def check_path(before: Move, move: Move, tick: int) -> None:
     if move.mode is Mode.JOINT:
         return
     check_configuration(before, move)
-    goal = move.target
-    start = Moment(tick, 0.0)
-    origin = before.target.pose(Moment(tick))
-    drive = DriveTransform.between(goal.left(start), origin, goal.right(start))
+    drive = from_goal_to_goal(before, move, tick, period_s)
     if not drive.psi <= MAX_ROTATION:
         raise MoveError(
             f"move {move.sequence}: a Cartesian rotation of {drive.psi:.4g} rad exceeds 0.8 pi = "
