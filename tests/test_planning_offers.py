@@ -15,7 +15,6 @@ from rfms_can.kinematics import Joints, direct
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning.times import LONGEST_S
 from rfms_can.master.trajectory.segment import Transition
-from rfms_can.master.trajectory.states import Stage
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Mode
 
@@ -135,21 +134,6 @@ def test_generator_and_planner_agree_in_how_far_a_goal_has_turned(psi: float, ra
     assert len(plan.moves) == (1 if begins <= 0.8 * math.pi else 2)
 
 
-# --- What is left of the segment under way -------------------------------------------------------
-
-
-@pytest.mark.parametrize("gone", [60, 90, 105, 115])
-def test_a_corner_is_offered_what_it_is_not_too_late_for(gone: int) -> None:
-    rig = PlannedRig()
-    rig.go(at_pose(Transform.translation(-0.05, 0.0, 0.0) @ START), How(STRAIGHT, 0.1, 0.6))
-    rig.run_to(Stage.LINEAR, gone)
-    place = at_pose(Transform.translation(-0.05, 0.05, 0.0) @ START)
-    how = How(STRAIGHT, 0.1, 0.3, transition=Transition.CARTESIAN, deviation=0.02)
-    taken(rig, place, how, refused(rig, place, how))
-    rig.finish()
-    assert rig.generator.completed == 2
-
-
 # --- At random -----------------------------------------------------------------------------------
 
 
@@ -203,3 +187,21 @@ def test_whatever_is_offered_is_accepted() -> None:
     names = [name for seed in range(60) for name in offers_taken(seed)]
     assert {"segment_time", "acceleration_time", "lengthen_at_most", "interpolation"} < set(names)
     assert {"transition", "wait", "deviation"} < set(names)
+
+
+@pytest.mark.parametrize("seed", [1, 17, 51, 70, 71, 194])
+def test_a_corner_asked_for_late_is_offered_what_it_is_not_too_late_for(seed: int) -> None:
+    """In what is left of the segment before, its transition must be short, and so the way slow."""
+    rng = np.random.default_rng(seed)
+    rig = PlannedRig()
+    first = How(JOINT, 0.1, 0.4, lengthen=True)
+    rig.go(random_place(rng, REST), first)
+    ticks = rig.plans[0].moves[0].segment_ticks
+    rig.run(int(ticks * rng.uniform(0.85, 1.0)))
+    assert rig.generator.periods_left < 60
+    how = random_mode(rng)._replace(deviation=float(rng.uniform(0.02, 0.08)))
+    place = random_place(rng, REST)
+    error = refused(rig, place, how)
+    taken(rig, place, how, error)
+    rig.finish(20000)
+    assert rig.generator.completed == 2

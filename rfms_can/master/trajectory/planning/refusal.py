@@ -29,21 +29,25 @@ def refusal(error: Error, others: list[Remedy], attempt: Attempt) -> Error:
         attempt: plans the move otherwise.
     """
     kind = MoveError if isinstance(error, RefusedError) else type(error)
-    fault, offer = _followed(error, attempt)
+    fault, offer = _followed(error, attempt, {})
     offer = offer or _first(others, attempt) or Remedy("place position or path elsewhere", {})
     better = kind(f"{fault}: {offer.words}")
     better.remedy = offer.change
     return better
 
 
-def _followed(error: Error, attempt: Attempt) -> tuple[str, Remedy | None]:
+def _followed(error: Error, attempt: Attempt, change: Change) -> tuple[str, Remedy | None]:
     """What is wrong, in words, and what of the offers that are made for it does.
 
     Where none does, the first is taken all the same, and what it is refused for looked at.
+
+    Args:
+        error: what is wrong.
+        attempt: plans the move otherwise.
+        change: with which it is wrong.
     """
     fault = first = _fault(error)
     name = first.partition(": ")[0] + ": "
-    change: dict[str, Any] = {}
     for _ in range(IN_A_ROW):
         if not isinstance(error, RefusedError):
             break
@@ -60,16 +64,18 @@ def _followed(error: Error, attempt: Attempt) -> tuple[str, Remedy | None]:
 
 def _first(others: list[Remedy], attempt: Attempt) -> Remedy | None:
     """The first of some alternatives that does, or does with what its own refusal offers."""
-    further: list[Remedy] = []
+    failures: list[tuple[Remedy, Error]] = []
     for other in others:
         failure = _failure(attempt, other.change)
         if failure is None:
             return other
-        if isinstance(failure, RefusedError):
-            for offer in failure.offers:
-                words = f"{other.words}, with {_listed(offer.change)}"
-                further.append(Remedy(words, {**other.change, **offer.change}))
-    return next((each for each in further if _failure(attempt, each.change) is None), None)
+        failures.append((other, failure))
+    for other, failure in failures:
+        _, offer = _followed(failure, attempt, other.change)
+        if offer is not None:
+            more = {name: offer.change[name] for name in offer.change if name not in other.change}
+            return Remedy(f"{other.words}, with {_listed(more)}", offer.change)
+    return None
 
 
 def _failure(attempt: Attempt, change: Change) -> Error | None:
