@@ -219,8 +219,8 @@ def test_every_error_a_server_names_comes_back_as_itself() -> None:
 
 
 def test_what_a_refusal_offers_comes_back_with_it() -> None:
-    remedy = {"segment_time": 0.82, "interpolation": "joint", "config": None}
-    sent = msgspec.msgpack.encode(Refusal("MoveError", "why", dict(remedy)))
+    remedy: dict[str, float | str | None] = {"segment_time": 0.82, "config": None}
+    sent = msgspec.msgpack.encode(Refusal("MoveError", "why", remedy))
     error = error_of(msgspec.msgpack.decode(sent, type=Refusal))
     assert isinstance(error, MoveError)
     assert error.remedy == remedy
