@@ -218,6 +218,14 @@ def test_every_error_a_server_names_comes_back_as_itself() -> None:
         assert (type(error), kind.__name__, str(error)) == (kind, name, "why")
 
 
+def test_what_a_refusal_offers_comes_back_with_it() -> None:
+    remedy: dict[str, float | str | None] = {"segment_time": 0.82, "config": None}
+    sent = msgspec.msgpack.encode(Refusal("MoveError", "why", remedy))
+    error = error_of(msgspec.msgpack.decode(sent, type=Refusal))
+    assert isinstance(error, MoveError)
+    assert error.remedy == remedy
+
+
 @pytest.mark.parametrize("name", ["NewError", "SystemExit", "KeyboardInterrupt", ""])
 def test_an_error_that_is_not_known_is_a_program_error(name: str) -> None:
     error = error_of(Refusal(name, "why"))

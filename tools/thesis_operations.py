@@ -103,6 +103,8 @@ def least(settings: Settings, call: Callable[[], object], share: int = 1) -> flo
 class Renewed:
     """A transform that is another object at each tick: what is kept of it is never valid."""
 
+    cycle_s = 0.0
+
     def __init__(self, value: Transform) -> None:
         self._values: Final = (value, Transform(*value))
         self._inverse: Final = Inverse()

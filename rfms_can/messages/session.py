@@ -222,13 +222,13 @@ class Refusal(msgspec.Struct, frozen=True):
     Attributes:
         error: name of the error's class in :mod:`rfms_can.errors`.
         reason: one line: the value, the bound, the way out.
-        remedy: of a move, settings of its mode with which it is accepted: that was tried. ``wait``
-            is a move to wait for first.
+        remedy: of a move, settings of its mode with which it is accepted: that was tried. A
+            segment time takes the place of speeds; ``wait`` is a move to wait for first.
     """
 
     error: str
     reason: str
-    remedy: dict[str, float | str] = {}
+    remedy: dict[str, float | str | None] = {}
 
 
 class Status(msgspec.Struct, frozen=True):

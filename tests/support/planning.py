@@ -73,12 +73,10 @@ class PlannedRig(Rig):
         self.plans: list[Plan] = []
 
     def plan(self, place: PlannedPosition, how: PlannedMode) -> Plan:
-        generator = self.generator
-        sequence = len(self.plans) + 1
-        before = generator.last_accepted
-        return self.planner.plan(
-            *(before, place, how, sequence, generator.tick_count), rest=generator.rest
-        )
+        generator, sequence = self.generator, len(self.plans) + 1
+        before, tick = generator.last_accepted, generator.tick_count
+        left, rest = generator.periods_left, generator.rest
+        return self.planner.plan(before, place, how, sequence, tick, left, rest)
 
     def go(self, place: PlannedPosition, how: PlannedMode) -> Plan:
         """Plan a move and request it."""

@@ -83,10 +83,29 @@ def check_transition(before: Segment, move: Move) -> None:
             )
 
 
-def check_path(before: Move, move: Move, tick: int) -> None:
-    """A Cartesian segment keeps its configuration and turns by 0.8 pi at most.
+WEAVES: Final = 0.1
+"""Rad a path may turn further where goals move by themselves: it is planned for the moment it is
+fixed at, and D(r) is well defined up to a whole half turn."""
 
-    With goals that move this is judged by where they are at ``tick``.
+
+def from_goal_to_goal(
+    before: Move, move: Move, tick: int, period_s: float, settled: float | None = None
+) -> DriveTransform:
+    """D(1) of ``move``, also in joint mode: how far its tool is to travel and turn.
+
+    Goals that are observed are taken as they are at ``tick``; what time moves as it is at the
+    hand-over: the new one where its transition begins, the one before at its local time ``settled``
+    (periods; its end, if that is not given), from which on D(1) is fixed.
+    """
+    goal = move.target
+    start = Moment(tick, 0.0, -move.acceleration_ticks * period_s)
+    clock = before.segment_ticks if settled is None else settled
+    origin = before.target.pose(Moment(tick, 1.0, clock * period_s))
+    return DriveTransform.between(goal.left(start), origin, goal.right(start))
+
+
+def check_path(before: Move, move: Move, tick: int, period_s: float) -> None:
+    """A Cartesian segment keeps its configuration and turns by 0.8 pi at most.
 
     Raises:
         MoveError: another configuration, or too large a rotation.
@@ -94,11 +113,9 @@ def check_path(before: Move, move: Move, tick: int) -> None:
     if move.mode is Mode.JOINT:
         return
     check_configuration(before, move)
-    goal = move.target
-    start = Moment(tick, 0.0)
-    origin = before.target.pose(Moment(tick))
-    drive = DriveTransform.between(goal.left(start), origin, goal.right(start))
-    if not drive.psi <= MAX_ROTATION:
+    drive = from_goal_to_goal(before, move, tick, period_s)
+    still = before.target.constant and move.target.constant
+    if not drive.psi <= MAX_ROTATION + (0.0 if still else WEAVES):
         raise MoveError(
             f"move {move.sequence}: a Cartesian rotation of {drive.psi:.4g} rad exceeds 0.8 pi = "
             f"{MAX_ROTATION:.4g} rad: split it in two with a position between, "

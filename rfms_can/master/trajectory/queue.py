@@ -91,7 +91,7 @@ class MoveQueue(deque[Move]):
         if not before.rests:
             check_succession(before.move, move, self._period)
         check_transition(before, move)
-        check_path(before.move, move, tick)
+        check_path(before.move, move, tick, self._period)
 
 
 def check_feed(move: Move, feed_rate: float, period_s: float) -> None:

@@ -14,11 +14,17 @@ refused. A slow segment always deviates less: at the corner the tool nearly stop
 import math
 from typing import Final, NamedTuple
 
-from rfms_can.errors import KinematicsError
+from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.limits import Excess
 from rfms_can.master.trajectory.planning.preview import entry_motion
-from rfms_can.master.trajectory.planning.remedy import Remedy, factor_for, refused, told
+from rfms_can.master.trajectory.planning.remedy import (
+    RefusedError,
+    Remedy,
+    lengthened,
+    longer,
+    told,
+)
 from rfms_can.master.trajectory.planning.search import Outcome, Times, Trial
 from rfms_can.master.trajectory.planning.times import LONGEST_S
 from rfms_can.master.trajectory.planning.via_deviation import Deviation, deviation
@@ -100,8 +106,8 @@ class Corner(NamedTuple):
             at_most: by which factor it may be longer; 1 where it may not.
 
         Raises:
-            MoveError: nothing does, or the segment would have to be longer; the message has what
-                would do.
+            RefusedError: another bound, or a longer segment, would do.
+            MoveError: nothing does.
             KinematicsError: a pose has no solution.
         """
         segment = self.trial.times.segment
@@ -112,11 +118,10 @@ class Corner(NamedTuple):
         slowed = self._slowed(outcome.excess, ticks)
         if slowed is not None and slowed.base.segment_time <= at_most * self._segment_time:
             return slowed
-        remedies = [self._longer(slowed, at_most)] if slowed else []
-        remedies += filter(None, [self._looser(outcome)])
-        words = ", or ".join(remedy.words for remedy in remedies) or self._from_rest()
-        change = remedies[0].change if remedies else {}
-        raise refused(f"{self._refused(ticks, outcome)}: {words}", change)
+        offers = self._longer(slowed, at_most) if slowed else []
+        offers += filter(None, [self._looser(outcome)])
+        fault = self._refused(ticks, outcome)
+        raise RefusedError(fault, *offers) if offers else MoveError(fault)
 
     @property
     def _segment_time(self) -> float:
@@ -262,14 +267,10 @@ class Corner(NamedTuple):
             f"goal of move {trial.departed.segment.move.sequence}, over {self.bound:g} m"
         )
 
-    def _longer(self, slowed: Outcome, at_most: float) -> Remedy:
+    def _longer(self, slowed: Outcome, at_most: float) -> list[Remedy]:
         needed, given = slowed.base.segment_time, self._segment_time
-        words = f"give the segment at least {needed:.6g} s instead of {given:.6g} s"
-        if at_most == 1.0:
-            return Remedy(words, {"segment_time": told(needed)})
-        factor = factor_for(needed, given)
-        words += f"; the mode lengthens {at_most:g} times at most, lengthen_at_most={factor:g} does"
-        return Remedy(words, {"lengthen_at_most": factor})
+        offers = [longer(needed, given)]
+        return offers if at_most == 1.0 else [lengthened(needed, given), *offers]
 
     def _looser(self, outcome: Outcome) -> Remedy | None:
         """A larger deviation that does, in words; None without one."""
@@ -294,19 +295,6 @@ class Corner(NamedTuple):
                     change["segment_time"] = told(looser.base.segment_time)
                 return Remedy(words, change)
         return None
-
-    def _from_rest(self) -> str:
-        """What is left: to depart from rest, if that keeps the limits."""
-        trial = self.trial
-        before = trial.departed.segment
-        rested = trial.departed._replace(segment=before.to_rest())
-        alone = trial._replace(departed=rested, base=trial.base.from_rest())
-        try:
-            rests = alone.run(alone.times).excess is None
-        except KinematicsError:
-            rests = False
-        wait = f"wait until move {before.move.sequence} is complete"
-        return wait if rests else f"{wait} and move more slowly, or place the path elsewhere"
 
 
 def _rounded_up(distance: float) -> float:

@@ -1,7 +1,8 @@
 """The planner: what a request to move becomes, or why it is refused."""
 
 import math
-from typing import Final, NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -11,11 +12,11 @@ from rfms_can.master.trajectory.admission import (
     MAX_ROTATION,
     check_configuration,
     check_succession,
-    check_times,
+    from_goal_to_goal,
 )
 from rfms_can.master.trajectory.goal import Goal, joint_coordinates
 from rfms_can.master.trajectory.joint_line import JointLine, PlannedJoints
-from rfms_can.master.trajectory.planning.alternatives import alternatives
+from rfms_can.master.trajectory.planning.alternatives import ChangedMode, alternatives
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.corner import Corner, longest, via_deviation
 from rfms_can.master.trajectory.planning.curve import Floats
@@ -23,7 +24,8 @@ from rfms_can.master.trajectory.planning.departure import DepartedSegment, Leave
 from rfms_can.master.trajectory.planning.joint_goal import check_reached, configuration_for
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
-from rfms_can.master.trajectory.planning.remedy import instead, mended, refused
+from rfms_can.master.trajectory.planning.refusal import Attempt, refusal
+from rfms_can.master.trajectory.planning.remedy import RefusedError, Remedy, mended, told
 from rfms_can.master.trajectory.planning.search import Outcome, Trial
 from rfms_can.master.trajectory.planning.straight_wrist import straightened
 from rfms_can.master.trajectory.planning.times import (
@@ -37,6 +39,13 @@ from rfms_can.wire.vocabulary import Mode
 
 REMEMBERED: Final = 300
 """Moves whose angles are kept: more than may wait."""
+
+
+PHASES: Final = 8
+"""Moments of its cycle at which a move may leave a goal that goes on, after a wait."""
+
+BETWEEN: Final = 1.05
+"""How much more time it may take between them."""
 
 
 class PlannedPosition(Protocol):
@@ -156,23 +165,40 @@ class MovePlanner:
             rest: if ``before`` rests: how the goal moves there is then known.
 
         Raises:
-            MoveError: a rule or a limit is broken; the message has the time that would do.
+            MoveError: a rule or a limit is broken; message and ``remedy`` have what would do.
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
         try:
-            attempt = self._attempt(before, position, mode, sequence, tick, left, rest)
-            return self._made(*attempt)
+            return self._made(*self._attempt(before, position, mode, sequence, tick, left, rest))
         except (MoveError, KinematicsError) as error:
-            others = alternatives(
-                before,
-                mode,
-                self._period,
-                lambda after, changed: self._attempt(
-                    *(after, position, changed, sequence, tick, math.inf),
-                    rest if after is before else Rest.after(before),
-                ),
-            )
-            raise instead(error, others) from error
+            attempt = self._otherwise(before, position, mode, sequence, tick, left, rest)
+            raise refusal(error, alternatives(before, mode, self._period), attempt) from error
+
+    def _otherwise(
+        self,
+        before: Segment,
+        position: PlannedPosition,
+        mode: PlannedMode,
+        sequence: int,
+        tick: int,
+        left: float,
+        rest: Rest | None,
+    ) -> Attempt:
+        """What plans the same with a change of the mode, as ``plan`` would."""
+
+        def attempt(change: Mapping[str, Any]) -> None:
+            changed = ChangedMode.of(mode, change)
+            if "wait" not in change:
+                self._attempt(before, position, changed, sequence, tick, left, rest)
+                return
+            rests, waited, cycle = before.to_rest(), Rest.after(before), before.move.target.cycle_s
+            if cycle and changed.segment_time is not None:
+                changed = changed._replace(segment_time=changed.segment_time / BETWEEN)
+            for k in range(PHASES if cycle else 1):
+                clock = waited.clock + k * cycle / PHASES / self._period
+                self._attempt(rests, position, changed, sequence, tick, math.inf, Rest(clock))
+
+        return attempt
 
     def _attempt(
         self,
@@ -233,7 +259,7 @@ class MovePlanner:
         goal = straightened(self._kinematics, position.goal, configuration, departed.goal)
         move = move._replace(target=goal)
         check_configuration(before.move, move)
-        drive = _from_goal_to_goal(before, move, frame, leave.settled)
+        drive = from_goal_to_goal(before.move, move, tick, self._period, leave.settled)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
         base = self._timed(frame, departed, move, drive, parts, mode)
         check_reached(base)
@@ -279,26 +305,13 @@ class MovePlanner:
         least = parts * (move._replace(acceleration_ticks=1) if free else move).least_ticks
         ticks = segment_ticks(mode, drive, _ZERO, limits, tau)
         if ticks < least and mode.segment_time is not None and not mode.lengthen:
-            move = move._replace(segment_ticks=ticks)
-            enough = {"segment_time": least * tau}
-            try:
-                check_times(move, tau)
-            except MoveError as error:
-                error.remedy = enough
-                raise
-            raise refused(
-                f"move {move.sequence}: segment time {ticks * tau:.6g} s is under four times the "
-                f"acceleration time plus four periods, {least * tau:.6g} s: a rotation of "
-                f"{drive.psi:.4g} rad is moved in two parts; lengthen the segment or shorten the "
-                f"acceleration time ({move.acceleration_ticks * tau:.6g} s)",
-                enough,
-            )
+            raise _too_short(move._replace(segment_ticks=ticks), least, drive.psi, parts, tau)
         if mode.segment_time is not None and least > mode.lengthen_at_most * ticks:
-            raise refused(
+            raise RefusedError(
                 f"move {move.sequence}: its transitions alone take {least * tau:.6g} s instead of "
                 f"{ticks * tau:.6g} s, and the mode lengthens {mode.lengthen_at_most:g} times at "
-                f"most: ask for that time",
-                {"segment_time": least * tau},
+                f"most",
+                Remedy("ask for that time", {"segment_time": told(least * tau)}),
             )
         move = move._replace(segment_ticks=max(ticks, least))
         segment = Segment(move, drive if move.mode is Mode.CARTESIAN else None)
@@ -319,8 +332,7 @@ class MovePlanner:
         moves: tuple[Move, ...] = (move,)
         if drive is not None and trial.parts > 1:
             moves = in_parts(move, drive, tau)
-            last = Segment(moves[0])
-            drive = _from_goal_to_goal(last, moves[1], trial.frame, last.move.segment_ticks)
+            drive = from_goal_to_goal(moves[0], moves[1], trial.frame.tick, tau)
         off = None
         if not departed.segment.rests:
             off = via_deviation(trial, outcome.preview.entry.motion[0])
@@ -358,6 +370,31 @@ def _configuration(
     return configuration_for(angles, own, asked, before.move.configuration, sequence)
 
 
+def _too_short(move: Move, least: int, psi: float, parts: int, tau: float) -> RefusedError:
+    """The refusal of a segment time that the transitions of the parts do not fit in.
+
+    Args:
+        move: with that time.
+        least: time that they fit in, periods.
+        psi: rotation of the move, rad.
+        parts: in how many it is moved.
+        tau: period, s.
+    """
+    ends = ("twice", "two", "the arm could not stop at the goal")
+    if parts > 1:
+        ends = ("four times", "four", f"a rotation of {psi:.4g} rad is moved in two parts")
+    times, periods, why = ends
+    offers = [Remedy("lengthen the segment", {"segment_time": told(least * tau)})]
+    fits = told((move.segment_ticks // parts - move.told_ticks - 2) // 2 * tau)
+    if fits > 0.0:
+        offers.append(Remedy(f"accelerate in {fits:g} s", {"acceleration_time": fits}))
+    return RefusedError(
+        f"move {move.sequence}: segment time {move.segment_ticks * tau:.6g} s is under {times} the "
+        f"acceleration time plus {periods} periods, {least * tau:.6g} s: {why}",
+        *offers,
+    )
+
+
 def _check_theta4(base: Base, sequence: int) -> None:
     """A Cartesian transition out of a straight wrist finds theta4 where the path needs it.
 
@@ -372,16 +409,6 @@ def _check_theta4(base: Base, sequence: int) -> None:
             f"move {sequence}: the path leaves a straight wrist with theta4 = {needed:.6g} rad, "
             f"and the arm holds it at {stands:.6g} rad: a Cartesian transition cannot turn it"
         )
-
-
-def _from_goal_to_goal(before: Segment, move: Move, frame: Frame, settled: float) -> DriveTransform:
-    """D(1) of ``move``, also in joint mode: how far its tool is to travel and turn.
-
-    It is fixed when the goal of ``before`` is at its local time ``settled``, periods.
-    """
-    start = frame.at(0.0, -move.acceleration_ticks)
-    origin = before.move.target.pose(frame.at(1.0, settled))
-    return DriveTransform.between(move.target.left(start), origin, move.target.right(start))
 
 
 def _joints(values: Floats) -> Joints:

@@ -1,13 +1,9 @@
-"""What is done about a move that breaks a limit: another time, or a refusal that names one.
-
-What a refusal offers has been tried: taken, the same planner accepts it.
-"""
+"""What is done about a move that breaks a limit: another time, or a refusal that names one."""
 
 import math
-from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.errors import MoveError
 from rfms_can.master.trajectory.planning.limits import Excess
 from rfms_can.master.trajectory.planning.search import Outcome, Trial
 from rfms_can.master.trajectory.planning.times import LONGEST_S
@@ -24,30 +20,26 @@ class Remedy(NamedTuple):
 
     Attributes:
         words: of the refusal.
-        change: of the mode, by its names; ``wait`` is the move to wait for.
+        change: of the mode, by the names of its settings; ``wait`` is the move to wait for.
     """
 
     words: str
     change: dict[str, Any]
 
 
-class Alternative(NamedTuple):
-    """Something else that may be tried.
+class RefusedError(MoveError):
+    """A refusal that knows what should do instead.
 
     Attributes:
-        remedy: what it is.
-        attempt: plans it; raises as planning does.
+        fault: what is wrong, in words.
+        offers: what should do: each alone, and the best first. They are tried before a program is
+            told (``refusal.py``).
     """
 
-    remedy: Remedy
-    attempt: Callable[[], object]
-
-
-def refused(message: str, change: dict[str, Any]) -> MoveError:
-    """The refusal of a move that says which change of its mode would do."""
-    error = MoveError(message)
-    error.remedy = change
-    return error
+    def __init__(self, fault: str, *offers: Remedy) -> None:
+        super().__init__(f"{fault}: {', or '.join(offer.words for offer in offers)}")
+        self.fault = fault
+        self.offers = offers
 
 
 def mended(trial: Trial, excess: Excess, *, lengthen: bool, at_most: float) -> Outcome:
@@ -63,8 +55,8 @@ def mended(trial: Trial, excess: Excess, *, lengthen: bool, at_most: float) -> O
         at_most: by which factor.
 
     Raises:
-        MoveError: it may not, by so much, or no segment time helps; the message has the time that
-            would do.
+        RefusedError: it may not, or not by so much; or another acceleration time would do.
+        MoveError: no time helps.
     """
     tau = trial.frame.period_s
     longest = round(LONGEST_S / tau)
@@ -84,43 +76,10 @@ def mended(trial: Trial, excess: Excess, *, lengthen: bool, at_most: float) -> O
         change["segment_time"] = told(eased.base.segment_time)
         along = f", with a segment of {eased.base.segment_time:.{DIGITS}g} s"
     words = (
-        f"{what}, and no segment time helps: accelerate in "
-        f"{eased.base.acceleration_time:.{DIGITS}g} s instead of "
+        f"accelerate in {eased.base.acceleration_time:.{DIGITS}g} s instead of "
         f"{trial.base.acceleration_time:.{DIGITS}g} s{along}"
     )
-    raise refused(words, change)
-
-
-def instead(
-    error: MoveError | KinematicsError, alternatives: list[Alternative]
-) -> MoveError | KinematicsError:
-    """The refusal ``error``, with the first of some alternatives that can be made.
-
-    One that has its remedy keeps it.
-    """
-    if error.remedy:
-        return error
-    further: list[Remedy] = []
-    for remedy, attempt in alternatives:
-        try:
-            attempt()
-        except (MoveError, KinematicsError) as other:
-            if other.remedy:
-                changes = ", ".join(f"{name}={value!r}" for name, value in other.remedy.items())
-                words = f"{remedy.words}, with {changes}"
-                further.append(Remedy(words, {**remedy.change, **other.remedy}))
-        else:
-            return _with(error, remedy)
-    if further:
-        return _with(error, further[0])
-    return _with(error, Remedy("place position or path elsewhere", {}))
-
-
-def _with(error: MoveError | KinematicsError, remedy: Remedy) -> MoveError | KinematicsError:
-    """The refusal, with a way out."""
-    better = type(error)(f"{error}: {remedy.words}")
-    better.remedy = remedy.change
-    return better
+    raise RefusedError(f"{what}, and no segment time helps", Remedy(words, change))
 
 
 def _slowed(
@@ -129,19 +88,14 @@ def _slowed(
     """What is slow enough, if the mode allows it."""
     needed = slowed.base.segment_time
     if not lengthen:
-        words = (
-            f"{what}: give the segment at least {needed:.{DIGITS}g} s instead of "
-            f"{segment_time:.{DIGITS}g} s"
-        )
-        raise refused(words, {"segment_time": told(needed)})
+        raise RefusedError(what, longer(needed, segment_time))
     if needed > at_most * segment_time:
-        factor = factor_for(needed, segment_time)
-        words = (
+        fault = (
             f"{what}: it would take {needed:.{DIGITS}g} s instead of {segment_time:.{DIGITS}g} s, "
-            f"and the mode lengthens {at_most:g} times at most: ask for that time, or "
-            f"lengthen_at_most={factor:g}"
+            f"and the mode lengthens {at_most:g} times at most"
         )
-        raise refused(words, {"lengthen_at_most": factor})
+        that_time = Remedy("ask for that time", {"segment_time": told(needed)})
+        raise RefusedError(fault, lengthened(needed, segment_time), that_time)
     return slowed
 
 
@@ -163,9 +117,16 @@ def _gentlest(trial: Trial, eased: Outcome) -> Outcome:
     return eased
 
 
-def factor_for(needed: float, given: float) -> float:
-    """What ``lengthen_at_most`` must be, for a time needed instead of the one given, s."""
-    return math.ceil(10.0 * needed / given) / 10.0
+def longer(needed: float, given: float) -> Remedy:
+    """A segment time, s, instead of the one given."""
+    words = f"give the segment at least {needed:.{DIGITS}g} s instead of {given:.{DIGITS}g} s"
+    return Remedy(words, {"segment_time": told(needed)})
+
+
+def lengthened(needed: float, given: float) -> Remedy:
+    """The bound of a mode that makes a segment time, s, of the one given."""
+    factor = math.ceil(10.0 * needed / given) / 10.0
+    return Remedy(f"lengthen_at_most={factor:g}", {"lengthen_at_most": factor})
 
 
 def told(seconds: float) -> float:
