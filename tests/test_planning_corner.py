@@ -143,10 +143,9 @@ def test_a_move_requested_late_is_given_a_time_it_is_not_too_late_for(gone: int)
     rig.go(at_pose(VIA), LONG._replace(acceleration_time=0.1))
     rig.run_to(Stage.LINEAR, gone)
     how = LONG._replace(acceleration_time=0.05, deviation=0.02)
-    left = rig.generator.periods_left
+    left = rig.generator.entry.left
     assert left == 120 - gone
-    before, place, tick = rig.generator.last_accepted, at_pose(ON), rig.generator.tick_count
-    plan = rig.planner.plan(before, place, how, 2, tick, left)
+    plan = rig.planner.plan(rig.generator.entry, at_pose(ON), how, 2)
     assert plan.moves[0].acceleration_ticks <= left - 2
     rig.generator.request(*plan.moves)
     rig.finish()

@@ -199,7 +199,7 @@ def test_a_corner_asked_for_late_is_offered_what_it_is_not_too_late_for(seed: in
     rig.go(random_place(rng, REST), first)
     ticks = rig.plans[0].moves[0].segment_ticks
     rig.run(int(ticks * rng.uniform(0.85, 1.0)))
-    assert rig.generator.periods_left < 60
+    assert rig.generator.entry.left < 60
     how = random_mode(rng)._replace(deviation=float(rng.uniform(0.02, 0.08)))
     place = random_place(rng, REST)
     error = refused(rig, place, how)

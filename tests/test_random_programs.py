@@ -93,8 +93,8 @@ def looked_at(segment_time: float, turn: float) -> str | None:
     motion.enable(arm.park)
     motion.handle(JointPositionMessage("there", (q1 + turn, q2, q3, q4, q5, q6)))
     motion.handle(ModeMessage("m", "joint", 0.1, segment_time))
-    before, world = motion.generator.last_accepted, motion.world
-    case = Case("", before, world.position("there"), world.mode("m"), 0)
+    world = motion.world
+    case = Case("", motion.generator.entry, world.position("there"), world.mode("m"))
     return evidence(arm, motion.planner, case, PERIOD_S)
 
 

@@ -223,14 +223,11 @@ class Motion:
         requested = self._requested
         names = Request(request.position, request.mode, requested.selection, requested.bias)
         sequence, generator = self._sequence + 1, self.generator
-        before, tick = generator.last_accepted, generator.tick_count
+        tick = generator.tick_count
         accepted = AcceptedMove.bound(names, self.world, tick)
         self._admit(sequence, accepted)
         try:
-            plan = self.planner.plan(
-                *(before, accepted.position, accepted.mode, sequence, tick),
-                *(generator.periods_left, generator.rest),
-            )
+            plan = self.planner.plan(generator.entry, accepted.position, accepted.mode, sequence)
             generator.request(*plan.moves)
         except (MoveError, KinematicsError) as error:
             refusal = MoveError(f"{accepted.words}: {error}")

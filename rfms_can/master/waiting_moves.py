@@ -14,7 +14,7 @@ from rfms_can.errors import KinematicsError, MoveError
 from rfms_can.master.accepted_moves import AcceptedMove, AcceptedMoves
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.planning import MovePlanner, Plan
-from rfms_can.master.trajectory.segment import Segment
+from rfms_can.master.trajectory.segment import Entry, Segment
 from rfms_can.master.world import WorldModel
 from rfms_can.messages import PlannedMove
 
@@ -111,9 +111,9 @@ class WaitingMoves:
     def _plans(self, moves: dict[int, AcceptedMove]) -> dict[int, Plan]:
         """Plan them after one another, up to where the rest is as it was."""
         planner, generator = self._planner, self._generator
-        queued, memory, tick = generator.not_begun, planner.memory, generator.tick_count
+        queued, memory = generator.not_begun, planner.memory
         changed = [k for k, move in moves.items() if move is not self._accepted.get(k)]
-        before = generator.before(min(moves))
+        entry = generator.entry_of(min(moves))
         plans: dict[int, Plan] = {}
         for k, move in moves.items():
             if len(plans) == self._most:
@@ -123,15 +123,13 @@ class WaitingMoves:
                     f"of real time",
                 )
             try:
-                plan = planner.plan(
-                    *(before, move.position, move.mode, k, tick), rest=generator.rest
-                )
+                plan = planner.plan(entry, move.position, move.mode, k)
             except (MoveError, KinematicsError) as error:
                 raise _refused(k, move, str(error)) from error
             plans[k] = plan
             if k >= changed[-1] and plan.moves == queued[k] and planner.as_in(memory, k):
                 break
-            before = Segment(plan.moves[-1])
+            entry = Entry(Segment(plan.moves[-1]), entry.tick, feed_rate=entry.feed_rate)
         return plans
 
 

@@ -74,9 +74,7 @@ class PlannedRig(Rig):
 
     def plan(self, place: PlannedPosition, how: PlannedMode) -> Plan:
         generator, sequence = self.generator, len(self.plans) + 1
-        before, tick = generator.last_accepted, generator.tick_count
-        left, rest = generator.periods_left, generator.rest
-        return self.planner.plan(before, place, how, sequence, tick, left, rest)
+        return self.planner.plan(generator.entry, place, how, sequence)
 
     def go(self, place: PlannedPosition, how: PlannedMode) -> Plan:
         """Plan a move and request it."""

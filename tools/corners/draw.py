@@ -18,7 +18,7 @@ from rfms_can.errors import MoveError, RfmsError
 from rfms_can.kinematics import Configuration, Joints, configuration_of, direct, inverse
 from rfms_can.master.trajectory.goal import FixedGoal, Goal, Moment
 from rfms_can.master.trajectory.planning import MovePlanner
-from rfms_can.master.trajectory.segment import Segment, Transition
+from rfms_can.master.trajectory.segment import Entry, Segment, Transition
 from rfms_can.transform import Transform, Vector3
 from rfms_can.wire.vocabulary import Mode
 
@@ -155,7 +155,7 @@ def _check_legs(corner: Corner, period_s: float) -> None:
     for number, (place, how) in enumerate(zip(corner.places, corner.modes, strict=True), 1):
         planner.reset(q)
         rest = Segment.hold(direct(corner.arm, q), place.configuration)
-        plan = planner.plan(rest, place, how._replace(lengthen=False), number, 0)
+        plan = planner.plan(Entry(rest), place, how._replace(lengthen=False), number)
         if plan.segment_time > distance(corner, number - 1) / how.speed + period_s:
             raise MoveError("its acceleration time, not its speed, decides how long it takes")
         q = inverse(corner.arm, place.goal.pose(Moment(0)), place.configuration, q)

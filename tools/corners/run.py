@@ -86,7 +86,7 @@ class Run:
     def go(self, leg: int, how: How) -> Plan:
         """Plan a leg and request it."""
         generator, place = self.generator, self.corner.places[leg]
-        plan = self.planner.plan(generator.last_accepted, place, how, leg + 1, generator.tick_count)
+        plan = self.planner.plan(generator.entry, place, how, leg + 1)
         generator.request(*plan.moves)
         self.moves += plan.moves
         return plan

@@ -16,14 +16,16 @@ from rfms_can.arm import Arm
 from rfms_can.errors import KinematicsError, RfmsError
 from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, direct
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
+from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning import MovePlanner, PlannedPosition
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.search import Trial
-from rfms_can.master.trajectory.segment import Move, Segment
+from rfms_can.master.trajectory.segment import Entry, Move
 from rfms_can.master.world.modes import MotionMode
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
-from rfms_can.wire.vocabulary import Blend
+from rfms_can.transform import DriveTransform
+from rfms_can.wire.vocabulary import Blend, Mode
 
 FINER: Final = 25
 """Periods in one of the control's: a move of a second is looked at 6,250 times."""
@@ -31,6 +33,11 @@ LONGEST: Final = 400_000
 """Periods until a move counts as one that never ends."""
 ROUNDING: Final = 1e-3
 """Part of a limit that a motion may stay under it and still count as passing it."""
+POSES: Final = 6400
+"""Poses of a path that are solved where it cannot be planned: a hundred times the planner's."""
+LEAP: Final = 0.3
+"""Rad from one of them to the next that no motion can make."""
+PARK: Final[Joints] = (0.0,) * 6
 END: Final = 1e-9
 """Rad a joint may be past the end of its range."""
 RULES: Final = (
@@ -40,6 +47,9 @@ RULES: Final = (
     "cannot change the configuration",
     "a Cartesian transition cannot turn it",
     "its transitions alone take",
+    "is asked for: the path tells theta4 where it ends in a straight wrist",
+    "is asked for: a line stays on the turns it begins on",
+    "its mode asks for the configuration",
     "over 100 s",
 )
 """Refusals by a rule, which their own numbers show."""
@@ -50,16 +60,14 @@ class Case(NamedTuple):
 
     Attributes:
         words: of it.
-        before: the segment the move was to follow.
+        entry: what the move was to follow.
         position, mode: where to, and how.
-        tick: of the trajectory generator.
     """
 
     words: str
-    before: Segment
+    entry: Entry
     position: PlannedPosition
     mode: MotionMode
-    tick: int
 
 
 class _Exact:
@@ -108,11 +116,11 @@ def evidence(arm: Arm, planner: MovePlanner, case: Case, period_s: float) -> str
     for rule in RULES:
         if rule in case.words:
             return f"a rule: {rule}"
-    number = case.before.move.sequence + 1
+    number = case.entry.before.move.sequence + 1
     try:
-        trial = planner.trial(case.before, case.position, case.mode, number, case.tick)
-    except RfmsError as error:
-        return f"no path: {error}"
+        trial = planner.trial(case.entry, case.position, case.mode, number)
+    except RfmsError:
+        return _no_path(arm, case, period_s)
     factors = [1.0]
     if case.mode.lengthen or "no segment time helps" in case.words:
         factors += [2.0, case.mode.lengthen_at_most]
@@ -123,6 +131,45 @@ def evidence(arm: Arm, planner: MovePlanner, case: Case, period_s: float) -> str
             return None
         found = found or broken
     return found
+
+
+def _no_path(arm: Arm, case: Case, period_s: float) -> str | None:
+    """Where the path cannot be: every one of ``POSES`` poses is solved; None if all can be."""
+    solve, position, mode = InverseKinematics(arm).solve, case.position, case.mode
+    before, goal = case.entry.before, position.goal
+    clock = case.entry.rest.clock if before.rests else before.move.segment_ticks
+    origin = before.move.target.pose(Moment(case.entry.tick, 1.0, clock * period_s))
+    starts = Moment(case.entry.tick, 0.0, -mode.acceleration_time)
+    drive = DriveTransform.between(goal.left(starts), origin, goal.right(starts))
+    previous: Joints | None = None
+    for h, t in _places(case):
+        moment = Moment(case.entry.tick, h, t)
+        pose = goal.pose(moment)
+        if mode.mode is Mode.CARTESIAN:
+            pose = goal.left(moment) @ drive.at(1.0 - h) @ goal.right(moment)
+        try:
+            angles = solve(
+                *(pose, mode.configuration or position.configuration),
+                previous or before.move.goal_angles or PARK,
+            )
+        except KinematicsError as error:
+            return f"no path at h = {h:.4f}, t = {t:.3f} s: {error}"
+        leaps = np.abs(np.subtract(angles, previous or angles))
+        if leaps.max() > LEAP:
+            place = f"no path at h = {h:.4f}, t = {t:.3f} s"
+            return f"{place}: joint {leaps.argmax() + 1} leaps {leaps.max():.3g} rad"
+        previous = angles
+    return None
+
+
+def _places(case: Case) -> Iterator[tuple[float, float]]:
+    """h and t, s, of the poses of a path: of the way, and of all that its goal does at its end."""
+    mode, target = case.mode, case.position.goal
+    goes = mode.segment_time or 0.0
+    if mode.mode is Mode.CARTESIAN or not target.constant:
+        yield from ((k / POSES, k / POSES * goes) for k in range(POSES))
+    for k in range(POSES if target.cycle_s else 1):
+        yield 1.0, goes + k / POSES * target.cycle_s
 
 
 def _broken(arm: Arm, trial: Trial, factor: float, tau: float) -> Iterator[str]:

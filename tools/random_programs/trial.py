@@ -165,10 +165,7 @@ class Trial:
         self._refused, self._kind = str(error), kind
         motion = self._motion
         generator, world = motion.generator, motion.world
-        self.case = Case(
-            *(str(error), generator.last_accepted, world.position(name), world.mode(mode)),
-            generator.tick_count,
-        )
+        self.case = Case(str(error), generator.entry, world.position(name), world.mode(mode))
         if self.looks:
             self.due = evidence(self._arm, motion.planner, self.case, PERIOD_S)
 

@@ -5,6 +5,7 @@ from typing import Final
 
 from rfms_can.errors import MoveError
 from rfms_can.master.trajectory.goal import Moment
+from rfms_can.master.trajectory.pace import LONGEST_ACCELERATION_S
 from rfms_can.master.trajectory.segment import Move, Segment, Transition
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
@@ -120,4 +121,19 @@ def check_path(before: Move, move: Move, tick: int, period_s: float) -> None:
             f"move {move.sequence}: a Cartesian rotation of {drive.psi:.4g} rad exceeds 0.8 pi = "
             f"{MAX_ROTATION:.4g} rad: split it in two with a position between, "
             f"or move in joint mode"
+        )
+
+
+def check_feed(move: Move, feed_rate: float, period_s: float) -> None:
+    """A transition at ``feed_rate`` must not take longer than can be told to the joints.
+
+    Raises:
+        MoveError: t_acc / feed_rate over 100 s.
+    """
+    time = move.longest_entry * period_s
+    if time > LONGEST_ACCELERATION_S * feed_rate:
+        raise MoveError(
+            f"move {move.sequence}: acceleration time {time:g} s at a feed rate of {feed_rate:g} "
+            f"would take {time / feed_rate:g} s, over {LONGEST_ACCELERATION_S:g} s: "
+            f"feed at {time / LONGEST_ACCELERATION_S:g} or more, or accelerate in less time"
         )

@@ -11,19 +11,19 @@ nearer to the goal than its matching polynomial needs, and beyond a seventh of t
 a move later than that starts from rest.
 """
 
-import math
 from collections.abc import Mapping
 from typing import Final
 
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Configuration, Joints
+from rfms_can.master.trajectory.admission import check_feed
 from rfms_can.master.trajectory.goal import Goal
 from rfms_can.master.trajectory.outcomes import MoveOutcomes
 from rfms_can.master.trajectory.pace import MIN_FEED, Pace
-from rfms_can.master.trajectory.queue import MoveQueue, check_feed
+from rfms_can.master.trajectory.queue import MoveQueue
 from rfms_can.master.trajectory.runner import SegmentRunner
 from rfms_can.master.trajectory.schedule import Schedule
-from rfms_can.master.trajectory.segment import Move, Rest, Segment, Transition
+from rfms_can.master.trajectory.segment import Entry, Move, Rest, Segment, Transition
 from rfms_can.master.trajectory.states import Event, Stage, following
 from rfms_can.messages import Outcome
 from rfms_can.setpoint import CartesianSetpoint
@@ -277,23 +277,28 @@ class TrajectoryGenerator:
         return self._run.segment if self._run.next is None else self._run.next
 
     @property
-    def rest(self) -> Rest | None:
-        """The rest that the first move that has not begun ends; None if it follows a segment."""
+    def entry(self) -> Entry:
+        """What a new move would enter from."""
+        return self._entry(self.last_accepted)
+
+    def entry_of(self, sequence: int) -> Entry:
+        """What a move that has not begun enters from."""
+        return self._entry(self.before(sequence))
+
+    def _entry(self, before: Segment) -> Entry:
+        run = self._run
+        entry = Entry(before, self.tick_count, feed_rate=self._pace.rate)
+        if run.next is None and before is run.segment:
+            entry = entry._replace(left=before.move.segment_ticks - run.n)
+        return entry._replace(rest=self._rest()) if before.rests else entry
+
+    def _rest(self) -> Rest:
+        """The rest the arm is in, or comes to."""
         run = self._run
         if run.next is not None:
-            return Rest.after(run.segment) if run.next.rests else None
-        if not run.segment.rests:
-            return None
+            return Rest.after(run.segment)
         left = max(0.0, run.segment.move.acceleration_ticks - run.n)
         return Rest(run.clock + (0.0 if run.rested else left), run.rested)
-
-    @property
-    def periods_left(self) -> float:
-        """Until the goal of ``last_accepted``, if that is under way; infinite if it waits."""
-        run = self._run
-        if self._queue or run.next is not None:
-            return math.inf
-        return run.segment.move.segment_ticks - run.n
 
     @property
     def active_goals(self) -> tuple[Goal, ...]:

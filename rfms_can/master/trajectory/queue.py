@@ -6,12 +6,12 @@ from typing import Final
 
 from rfms_can.errors import MoveError
 from rfms_can.master.trajectory.admission import (
+    check_feed,
     check_path,
     check_succession,
     check_times,
     check_transition,
 )
-from rfms_can.master.trajectory.pace import LONGEST_ACCELERATION_S
 from rfms_can.master.trajectory.segment import Move, Segment
 
 MAX_QUEUE: Final = 256
@@ -92,18 +92,3 @@ class MoveQueue(deque[Move]):
             check_succession(before.move, move, self._period)
         check_transition(before, move)
         check_path(before.move, move, tick, self._period)
-
-
-def check_feed(move: Move, feed_rate: float, period_s: float) -> None:
-    """A transition at ``feed_rate`` must not take longer than can be told to the joints.
-
-    Raises:
-        MoveError: t_acc / feed_rate over 100 s.
-    """
-    time = move.longest_entry * period_s
-    if time > LONGEST_ACCELERATION_S * feed_rate:
-        raise MoveError(
-            f"move {move.sequence}: acceleration time {time:g} s at a feed rate of {feed_rate:g} "
-            f"would take {time / feed_rate:g} s, over {LONGEST_ACCELERATION_S:g} s: "
-            f"feed at {time / LONGEST_ACCELERATION_S:g} or more, or accelerate in less time"
-        )

@@ -1,5 +1,6 @@
 """Moves as they are requested, and the segments the arm then runs."""
 
+import math
 from enum import Enum, auto
 from typing import Final, NamedTuple, Self
 
@@ -210,6 +211,28 @@ class Rest(NamedTuple):
     def after(cls, segment: Segment) -> Self:
         """That at the goal of ``segment``, as soon as the arm is there."""
         return cls(segment.move.segment_ticks + segment.move.rest_ticks)
+
+
+class Entry(NamedTuple):
+    """What a move that is to be planned enters from.
+
+    Attributes:
+        before: the segment it is to follow; it ``rests`` where that leaves all the time there is.
+        tick: of the trajectory generator, at which goals that are observed are looked at.
+        left: periods until the goal of ``before``, if it is under way.
+        rest: that the move ends, if ``before`` rests.
+        feed_rate: asked for.
+    """
+
+    before: Segment
+    tick: int = 0
+    left: float = math.inf
+    rest: Rest = Rest(0.0)
+    feed_rate: float = 1.0
+
+    def after_rest(self, clock: float) -> Self:
+        """The same once the arm rests at that goal, told the local time ``clock``, periods."""
+        return self._replace(before=self.before.to_rest(), left=math.inf, rest=Rest(clock))
 
 
 def whole_ticks(duration_s: float, period_s: float) -> int:

@@ -11,6 +11,7 @@ from rfms_can.kinematics import WRIST_BOUND, Configuration, InverseKinematics, J
 from rfms_can.master.trajectory.admission import (
     MAX_ROTATION,
     check_configuration,
+    check_feed,
     check_succession,
     from_goal_to_goal,
 )
@@ -33,7 +34,14 @@ from rfms_can.master.trajectory.planning.times import (
     least_ticks,
     segment_ticks,
 )
-from rfms_can.master.trajectory.segment import Move, Rest, Segment, Transition, whole_ticks
+from rfms_can.master.trajectory.segment import (
+    Entry,
+    Move,
+    Rest,
+    Segment,
+    Transition,
+    whole_ticks,
+)
 from rfms_can.transform import DriveTransform
 from rfms_can.wire.vocabulary import Mode
 
@@ -145,93 +153,77 @@ class MovePlanner:
 
     def plan(
         self,
-        before: Segment,
+        entry: Entry,
         position: PlannedPosition,
         mode: PlannedMode,
         sequence: int,
-        tick: int,
-        left: float = math.inf,
-        rest: Rest | None = None,
     ) -> Plan:
         """What a request to move becomes.
 
         Args:
-            before: what it is to follow: ``TrajectoryGenerator.last_accepted``.
+            entry: what it is to follow: ``TrajectoryGenerator.entry``.
             position, mode: where to, and how.
             sequence: its number.
-            tick: of the trajectory generator, at which goals that move are looked at.
-            left: periods until the goal of ``before``, if it is under way: a corner that is free to
-                choose its acceleration time chooses one it is not too late for.
-            rest: if ``before`` rests: how the goal moves there is then known.
 
         Raises:
             MoveError: a rule or a limit is broken; message and ``remedy`` have what would do.
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
         try:
-            return self._made(*self._attempt(before, position, mode, sequence, tick, left, rest))
+            return self._made(*self._attempt(entry, position, mode, sequence))
         except (MoveError, KinematicsError) as error:
-            attempt = self._otherwise(before, position, mode, sequence, tick, left, rest)
-            raise refusal(error, alternatives(before, mode, self._period), attempt) from error
+            others = alternatives(entry.before, mode, self._period)
+            attempt = self._otherwise(entry, position, mode, sequence)
+            raise refusal(error, others, attempt) from error
 
     def _otherwise(
-        self,
-        before: Segment,
-        position: PlannedPosition,
-        mode: PlannedMode,
-        sequence: int,
-        tick: int,
-        left: float,
-        rest: Rest | None,
+        self, entry: Entry, position: PlannedPosition, mode: PlannedMode, sequence: int
     ) -> Attempt:
         """What plans the same with a change of the mode, as ``plan`` would."""
 
         def attempt(change: Mapping[str, Any]) -> None:
             changed = ChangedMode.of(mode, change)
             if "wait" not in change:
-                self._attempt(before, position, changed, sequence, tick, left, rest)
+                self._attempt(entry, position, changed, sequence)
                 return
-            rests, waited, cycle = before.to_rest(), Rest.after(before), before.move.target.cycle_s
+            waited, cycle = Rest.after(entry.before).clock, entry.before.move.target.cycle_s
             if cycle and changed.segment_time is not None:
                 changed = changed._replace(segment_time=changed.segment_time / BETWEEN)
             for k in range(PHASES if cycle else 1):
-                clock = waited.clock + k * cycle / PHASES / self._period
-                self._attempt(rests, position, changed, sequence, tick, math.inf, Rest(clock))
+                rested = entry.after_rest(waited + k * cycle / PHASES / self._period)
+                self._attempt(rested, position, changed, sequence)
 
         return attempt
 
     def _attempt(
-        self,
-        before: Segment,
-        position: PlannedPosition,
-        mode: PlannedMode,
-        sequence: int,
-        tick: int,
-        left: float = math.inf,
-        rest: Rest | None = None,
+        self, entry: Entry, position: PlannedPosition, mode: PlannedMode, sequence: int
     ) -> tuple[Trial, Outcome]:
         """``plan``, without remembering anything of it."""
-        trial = self.trial(before, position, mode, sequence, tick, rest)
-        move = trial.base.segment.move
+        trial = self.trial(entry, position, mode, sequence)
+        outcome = self._outcome(trial, mode, entry)
+        check_feed(outcome.base.segment.move, entry.feed_rate, self._period)
+        return trial, outcome
+
+    def _outcome(self, trial: Trial, mode: PlannedMode, entry: Entry) -> Outcome:
+        """What a trial comes to within all limits, with the times that its mode lets it have."""
+        before, move = entry.before, trial.base.segment.move
         if mode.deviation is not None and not before.rests:
-            corner = Corner(trial, mode.deviation, longest(before.move, move, left))
-            return trial, corner.outcome(mode.lengthen_at_most if mode.lengthen else 1.0)
+            corner = Corner(trial, mode.deviation, longest(before.move, move, entry.left))
+            return corner.outcome(mode.lengthen_at_most if mode.lengthen else 1.0)
         if not before.rests:
             check_succession(before.move, move, self._period)
         outcome = trial.run(trial.times)
         if outcome.excess is not None:
             lengthen, at_most = mode.lengthen, mode.lengthen_at_most
             outcome = mended(trial, outcome.excess, lengthen=lengthen, at_most=at_most)
-        return trial, outcome
+        return outcome
 
     def trial(
         self,
-        before: Segment,
+        entry: Entry,
         position: PlannedPosition,
         mode: PlannedMode,
         sequence: int,
-        tick: int,
-        rest: Rest | None = None,
         acceleration_ticks: int | None = None,
     ) -> Trial:
         """A move as its mode has it, before limits are looked at; arguments as of ``plan``.
@@ -243,7 +235,7 @@ class MovePlanner:
             MoveError: a rule is broken.
             KinematicsError: the goal, or a pose on the way there, has no solution.
         """
-        frame = Frame(self._kinematics, tick, self._period)
+        before, frame = entry.before, Frame(self._kinematics, entry.tick, self._period)
         own = whole_ticks(mode.acceleration_time, self._period)
         acceleration = acceleration_ticks or own
         configuration = _configuration(position, mode, before, sequence)
@@ -254,12 +246,12 @@ class MovePlanner:
         )
         if before.rests:
             move = move.from_rest()
-        leave = Leave.of(before, rest or Rest(before.move.segment_ticks), move)
-        departed = self._departed(before, frame, leave, rest or Rest(before.move.segment_ticks))
+        leave = Leave.of(before, entry.rest, move)
+        departed = self._departed(before, frame, leave, entry.rest)
         goal = straightened(self._kinematics, position.goal, configuration, departed.goal)
         move = move._replace(target=goal)
         check_configuration(before.move, move)
-        drive = from_goal_to_goal(before.move, move, tick, self._period, leave.settled)
+        drive = from_goal_to_goal(before.move, move, entry.tick, self._period, leave.settled)
         parts = 2 if mode.mode is Mode.CARTESIAN and drive.psi > MAX_ROTATION else 1
         base = self._timed(frame, departed, move, drive, parts, mode)
         check_reached(base)
@@ -268,7 +260,7 @@ class MovePlanner:
         ends = move.to_rest().transition if parts == 1 else Transition.CARTESIAN
 
         def again(ticks: int) -> Trial:
-            return self.trial(before, position, mode, sequence, tick, rest, ticks)
+            return self.trial(entry, position, mode, sequence, ticks)
 
         moves = not before.move.target.constant
         return Trial(self.arm, frame, departed, base, ends, parts, again if moves else None)

@@ -23,6 +23,9 @@ TRIES: Final = 12
 MUCH_SLOWER: Final = (2, 4, 10, 40)
 """Factors of a segment time that are tried last."""
 
+GAP: Final = 1.25
+"""A segment time that does, over the longest that does not: from more, times between are tried."""
+
 HALVED: Final = 6
 """How often the gap to one that does not do is halved then."""
 
@@ -122,10 +125,13 @@ class Trial(NamedTuple):
                         return self._much_slower(longest)
                     longer = slope / (1.0 - at_rest)
                 last = here
+            breaks = segment
             segment = max(segment + 1, math.ceil(longer), math.ceil(segment * GROWTH))
             outcome = self._within(Times(segment, acceleration), longest, acceleration)
-            if outcome is None or outcome.excess is None:
-                return outcome
+            if outcome is None:
+                return None
+            if outcome.excess is None:
+                return outcome if segment <= GAP * breaks else self._nearer(breaks, outcome)
             excess = outcome.excess
         return self._much_slower(longest)
 
@@ -140,10 +146,15 @@ class Trial(NamedTuple):
             breaks = factor * segment
         else:
             return None
-        keeps = outcome.base.segment.move.segment_ticks
+        return self._nearer(breaks, outcome)
+
+    def _nearer(self, breaks: int, outcome: Outcome) -> Outcome:
+        """The outcome with the least segment time over ``breaks`` that does, about, from one."""
+        move = outcome.base.segment.move
+        keeps, acceleration = move.segment_ticks, move.acceleration_ticks
         for _ in range(HALVED):
             middle = (breaks + keeps) // 2
-            nearer = self._within(Times(middle, acceleration), longest, acceleration)
+            nearer = self._within(Times(middle, acceleration), keeps, acceleration)
             if nearer is not None and nearer.excess is None:
                 outcome, keeps = nearer, middle
             else:
