@@ -1,4 +1,4 @@
-"""The formulas of docs/node.md and its pages, line for line, beside our own joint on random inputs."""
+"""The formulas of docs/node.md and its pages, line for line, beside our joint on random inputs."""
 
 import math
 import random
@@ -6,19 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from node_book import kinematics, protection, setpoints, tables
+from node_book import configuration, kinematics, protection, setpoints
 from node_book.pump import JOINT, PERIOD_S, parameters
 from pytest import approx
-from support.plain_node import (
-    PlainHoming,
-    PlainLaw,
-    PlainReceiver,
-    PlainSetpoint,
-    PlainStop,
-    link,
-    solve_all,
-    turn,
-)
+from support.plain_node.alone import PlainHoming, PlainStop
+from support.plain_node.kinematics import link, solve_all, turn
+from support.plain_node.law import PlainLaw
+from support.plain_node.receiver import PlainReceiver
+from support.plain_node.setpoint import PlainSetpoint
 
 from rfms_can.arm import PUMA_260, PUMA_560
 from rfms_can.joint_nodes.compliance import RowSets
@@ -32,6 +27,7 @@ from rfms_can.node.encoder_reference import EncoderReference
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.wire.configuration import configuration_hash
 from rfms_can.wire.contract import Wire
+from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Measure, Nmt, Reference, Rows
 from rfms_can.wire.vocabulary import Blend, Mode, Parameter, TrajectoryState
 
@@ -48,7 +44,7 @@ def test_the_crc_of_the_page_is_that_of_every_frame_and_hash(wire: Wire) -> None
         assert data[2] == counter
         covered = data[2:] + codec.data_id.to_bytes(2, "little")
         assert data[:2] == protection.crc(covered).to_bytes(2, "little")
-    hashed = protection.crc(tables.hashed_bytes(parameters()))
+    hashed = protection.crc(configuration.hashed_bytes(parameters()))
     assert (hashed or 1) == configuration_hash(parameters())
 
 
@@ -67,7 +63,7 @@ def test_the_rule_of_the_counters_takes_what_a_receiver_takes(wire: Wire, seed: 
     assert 100 < taken < 2900
 
 
-def _all_counters(wire: Wire) -> list[object]:
+def _all_counters(wire: Wire) -> list[Frame]:
     sender = wire.sender(Nmt)
     return [sender.frame(0, 0, 0) for _ in range(256)]
 
@@ -219,14 +215,15 @@ def test_the_law_of_the_page_is_ours_over_many_cycles(seed: int) -> None:
         if k % 40 == 0:  # other rows; the specification changes once
             selection = rng.choice((0, 4))
             size = (1e-4, 1e-3, 2.0)[(k // 40 + seed) % 3]
-            cycle = Cycle(six(size), six(0.1), six(1.0), six(1.0), six(0.3), rng.uniform(-1, 1),
-                          rng.choice((0, 1)), 4.0 * bool(selection), selection, k // 320)  # fmt: skip
+            law, gravity = rng.choice((0, 1)), rng.uniform(-1.0, 1.0)
+            told = (gravity, law, 4.0 * bool(selection), selection, k // 320)
+            cycle = Cycle(six(size), six(0.1), six(1.0), six(1.0), six(0.3), *told)
         cycle = cycle._replace(e=tuple(x + rng.uniform(-1e-5, 1e-5) for x in cycle.e))
         desired, speed = rng.choice((0.0, 0.1, -0.1)), rng.choice((0.0, 0.001, -0.2))
         bias = rng.choice((0.0, 0.0, 0.5, -9.0))
         rows.number = 0
         more = (1, cycle.law, cycle.mu, cycle.selection, cycle.specification)
-        rows.receive(Rows(*cycle.R, *cycle.M, cycle.G, *more))  # type: ignore[arg-type]
+        rows.receive(Rows._make((*cycle.R, *cycle.M, cycle.G, *more, 0)))
         rows.activate(1)
         delivered = servo.deliverable_bias(bias)
         friction = (

@@ -5,11 +5,12 @@ from typing import Final
 
 import draw_states
 from generated import main_of_pages
-from node_book import kinematics, laws, life, protection, setpoints, tables
+from node_book import configuration, kinematics, laws, life, protection, setpoints, tables
 
 TOOL: Final = "draw_node.py"
 _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
     "node.md": {
+        "frames": tables.frames,
         "crc": protection.crc_vectors,
         "counters": protection.counter_vectors,
         "bring-up": life.bring_up,
@@ -19,9 +20,9 @@ _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
         "estop": life.emergency_stop,
         "no-sync": life.no_sync,
         "commands": tables.commands,
-        "answers": tables.answers,
-        "parameters": tables.configuration,
-        "hashes": tables.hashes,
+        "answers": configuration.answers,
+        "parameters": configuration.parameters_of_a_joint,
+        "hashes": configuration.hashes,
         "actions": draw_states.actions,
         "reactions": tables.reactions,
         "faults": tables.faults,

@@ -5,8 +5,8 @@ import random
 from typing import Final
 
 from generated import table
-from node_book.printed import as_float32, number
 
+from node_book.printed import as_float32, number
 from rfms_can.arm import PUMA_260, PUMA_560, Arm
 from rfms_can.kinematics import WIRE, Configuration, JointSolver, SphericalWrist, direct
 from rfms_can.kinematics.configuration import CONFIGURATIONS
@@ -133,5 +133,3 @@ def geometries() -> str:
         lengths = (known.a2, known.a3, known.d4, known.shoulder_offset)
         rows.append((arm.name, *(number(x) for x in lengths)))
     return table(("arm", "a2, m", "a3, m", "d4, m", "d, m"), rows)
-
-

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from generated import table
+
 from node_book.printed import as_float32, number
 from node_book.pump import JOINT, PERIOD_S, parameters
-
 from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.servo import Servo, ServoTerms
 from rfms_can.joint_nodes.stop_ramp import StopRamp
@@ -54,7 +54,7 @@ def rows_of(case: Case) -> RowSets:
     rows = RowSets(JOINT)
     told = (*_float32(case.law_row), *_float32(case.inertia_row), as_float32(case.gravity))
     more = (1, case.law, as_float32(case.damping), case.selection, case.specification)
-    rows.receive(Rows(*told, *more))  # type: ignore[arg-type]
+    rows.receive(Rows._make((*told, *more, 0)))
     rows.activate(1)
     return rows
 
@@ -70,10 +70,8 @@ def torque(servo: Servo, case: Case) -> float:
     else:
         friction = servo.friction.rigid(case.desired)
     servo.recording = True
-    return servo.torque(
-        *(_float32(case.errors), _float32(case.rates), _float32(case.accelerations)),
-        *(rows, rows.gravity, friction, bias),
-    )
+    six_of_each = (_float32(case.errors), _float32(case.rates), _float32(case.accelerations))
+    return servo.torque(*six_of_each, rows, rows.gravity, friction, bias)
 
 
 CASES: Final = (
@@ -124,14 +122,17 @@ def inputs(case: Case) -> str:
     shared = {C_ROW: "C", M_ROW: "M", OWN: "own", ERRORS: "all", RATES: "all"}
     shared[ACCELERATIONS] = "all"
     said = []
-    for field, value in zip(case._fields[1:], case[1:], strict=True):
-        if value in (ZERO, 0, 0.0) or value == OWN:
+    value: Six | float
+    for field, value in zip(case._fields[1:], case[1:], strict=True):  # type: ignore[assignment]
+        if value in (ZERO, OWN, 0):
             continue
-        shown = shared.get(value) if isinstance(value, tuple) else None
-        if isinstance(value, tuple) and shown is None:
+        if not isinstance(value, tuple):
+            said.append(f"{field} {number(value)}")
+        elif value in shared:
+            said.append(f"{field} {shared[value]}")
+        else:
             place = next(i for i, x in enumerate(value) if x)
-            field, shown = f"{field.removesuffix('s')} {place + 1}", number(value[place])
-        said.append(f"{field} {shown or number(float(value))}")  # type: ignore[arg-type]
+            said.append(f"{field.removesuffix('s')} {place + 1} {number(value[place])}")
     return ", ".join(said)
 
 

@@ -6,7 +6,6 @@ from typing import Final
 
 from node_book.printed import candump, in_words
 from node_book.pump import JOINT, Passed, Pump
-
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings

@@ -1,11 +1,11 @@
 """Vectors of the CRC and of the counters."""
 
-from typing import Final
+from typing import Any, Final
 
 from generated import table
+
 from node_book.printed import hex_bytes
 from node_book.pump import JOINT, Pump
-
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.protection import Sender
@@ -48,7 +48,7 @@ def crc(data: bytes) -> int:
     return value
 
 
-def frame_with(sender: Sender[object], values: tuple[float, ...], counter: int) -> Frame:
+def frame_with(sender: Sender[Any], values: tuple[float, ...], counter: int) -> Frame:
     """The frame that a sender sends after ``counter`` others."""
     for _ in range(counter):
         sender.frame(*values)
@@ -63,14 +63,12 @@ def crc_vectors() -> str:
         codec = wire.codec(record, node)
         frame = frame_with(wire.sender(record, node), values, counter)
         assert codec.data_id is not None
-        fields = [f"{name} {_value(value)}" for name, value in zip(record._fields, values)]  # noqa: B905
-        rows.append(
-            (codec.name, f"0x{codec.data_id:04X}", str(counter), ", ".join(fields))
-            + (f"`{hex_bytes(frame.data)}`",)
-        )
-    estop = wire.sender(Estop).frame(*ESTOP_VALUES)
-    rows.append(("ESTOP", "none", "none", "the letters STOP, then their complement"))
-    rows[-1] += (f"`{hex_bytes(estop.data)}`",)
+        names = record._fields[: len(values)]
+        fields = [f"{name} {_value(value)}" for name, value in zip(names, values, strict=True)]
+        told = (codec.name, f"0x{codec.data_id:04X}", str(counter), ", ".join(fields))
+        rows.append((*told, f"`{hex_bytes(frame.data)}`"))
+    estop = hex_bytes(wire.sender(Estop).frame(*ESTOP_VALUES).data)
+    rows.append(("ESTOP", "none", "none", "the letters STOP, then their complement", f"`{estop}`"))
     return table(("message", "data ID", "counter", "values", "bytes of the frame"), rows)
 
 

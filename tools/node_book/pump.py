@@ -103,9 +103,10 @@ class Pump:
         self.say(Heartbeat, MASTER, *values)
 
     def command(self, command: Command, node: int = 0, argument: int = 0) -> list[Frame]:
-        """NMT; START lets the counters begin at 0, as the master's does."""
+        """NMT; a START that is taken lets the counters begin at 0, as the master's does."""
+        before = self.node.state
         answers = self.say(Nmt, None, command, node, argument)
-        if command is Command.START:
+        if self.node.state is NodeState.OPERATIONAL is not before:
             self.reset_counters()
             self.cycle = -1
         return answers

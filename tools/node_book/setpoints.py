@@ -4,8 +4,8 @@ import math
 from typing import Final, NamedTuple
 
 from generated import table
-from node_book.printed import as_float32, number
 
+from node_book.printed import as_float32, number
 from rfms_can.kinematics import Configuration
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.setpoint.blend import blend_parameter
