@@ -1,5 +1,6 @@
 """docs/node.md and the pages beside it: what they print is what a joint of ours does."""
 
+import re
 from collections.abc import Callable
 
 import draw_node
@@ -24,3 +25,15 @@ def test_every_marked_part_is_generated(file: str) -> None:
     text = (DOCS / file).read_text(encoding="utf-8")
     marked = [line for line in text.splitlines() if line.startswith("<!-- begin ")]
     assert sorted(marked) == sorted(f"<!-- begin {name} -->" for name in draw_node.PAGES[file])
+
+
+@pytest.mark.parametrize("file", [*draw_node.PAGES, "hub.md"])
+def test_every_link_leads_to_a_heading(file: str) -> None:
+    text = (DOCS / file).read_text(encoding="utf-8")
+    links = re.findall(r"\]\(([\w.-]*)#([\w-]+)\)", text)
+    for page, anchor in links:
+        told = (DOCS / (page or file)).read_text(encoding="utf-8")
+        headings = re.findall(r"^#+ (.*)$", told, re.MULTILINE)
+        slugs = {re.sub(r"[^\w -]", "", h.lower()).replace(" ", "-") for h in headings}
+        assert anchor in slugs, f"{page}#{anchor}"
+    assert links or file == "hub.md"

@@ -60,7 +60,7 @@ _CYCLE: Final = "in a cycle that owed a DAC and had none, "
 RAISED: Final = complete(
     {
         F.SYNC_MISSING: Raised(
-            "the watchdog of SYNC ran off: after 1.5 periods, then each period", "8", "SYNC"
+            "the watchdog of SYNC ran off: after 1.5 W, then each W", "8", "SYNC"
         ),
         F.SETPOINT_MISSING: Raised(
             _CYCLE + "MEASURE came and the own ERROR did not go out: a set-point frame is missing, "
@@ -86,7 +86,7 @@ RAISED: Final = complete(
         ),
         F.ENCODER_GLITCH: Raised(
             "the measured angle steps by more than the bound",
-            *("SENSOR_SOURCE", "MEASURE_n", "the step from the predicted angle, rad"),
+            *("SENSOR_SOURCE", "MEASURE_n", "the step from the angle before, rad"),
             "1.5 SPEED_LIMIT PERIOD (cycles since the last sample), rad",
         ),
         F.SOFT_LIMIT: Raised(
@@ -131,7 +131,7 @@ def reactions() -> str:
     """What each reaction is, with the state it leads to."""
     state = {
         Reaction.HOLD: ("as it was", "no", "nothing goes out in this cycle; the board keeps the "
-                        "last DAC, the history goes on (set-point chapter)"),
+                        "last DAC, and the set-point is held for a cycle"),
         Reaction.STOP: ("QUICKSTOP; from HOMING PREOP", "yes", "the stop ramp, then hold"),
         Reaction.DAMP: ("FAULT", "yes", "damping, at most a fifth of TORQUE_LIMIT, with gravity"),
         Reaction.OFF: ("FAULT", "yes", "one DAC 0, then silence: the brake closes"),
