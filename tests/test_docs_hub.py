@@ -3,10 +3,13 @@
 import json
 import os
 import re
+import shutil
 import socket
 import struct
+import subprocess
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -188,3 +191,26 @@ def test_the_bounds_of_the_page_are_the_hubs() -> None:
     )
     assert f"version {protocol.VERSION}" in PAGE
     assert re.search(rf"up to\s+{MAX_BACKLOG}\s+frames", PAGE)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler (cc)")
+def test_the_c_of_the_page_speaks_to_a_hub(hub: Hub, tmp_path: Path) -> None:
+    (text,) = re.findall(r"```c\n(.*?)```", PAGE, re.DOTALL)
+    headers = ("linux/can.h", "stdio.h", "string.h", "sys/socket.h", "sys/un.h", "unistd.h")
+    includes = "".join(f"#include <{header}>\n" for header in headers)
+    newer = "#ifndef CANFD_FDF\n#define CANFD_FDF 4\n#endif\n"
+    body = f"int main(int c, char **v) {{\n(void)c; char *base = v[1], *name = v[2];\n{text}"
+    done = "return n == sizeof in[0] && in[0].can_id == 128 ? 0 : 1;\n}\n"
+    source, program = tmp_path / "client.c", tmp_path / "client"
+    source.write_text(includes + newer + body + done, encoding="ascii")
+    subprocess.run(["cc", "-Wall", "-Werror", "-o", program, source], check=True)
+    listener, _ = greet({"client": "listener", "ids": [0x703]})
+    base = str(directory().parent)
+    with subprocess.Popen([program, base, "page"]) as client:
+        while not any(known.name == "board 3" for known in list(hub.clients.values())):
+            assert client.poll() is None
+            time.sleep(0.01)
+        listener.send(packed(128, b"sync"))
+        assert unpacked(listener.recv(ROOM)) == [(0x703, bytes(20), FD)]
+        assert client.wait(5) == 0
+    listener.close()
