@@ -125,6 +125,20 @@ def test_an_encoder_glitch_is_predicted_over(bench: JointBench) -> None:
     assert bench.state is NodeState.OPERATIONAL
 
 
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_a_prediction_covers_the_cycles_whose_sync_was_lost_once(
+    bench: JointBench, lost: int
+) -> None:
+    bench.speed = 0.4
+    bench.run()
+    theta = bench.node.theta
+    for _ in range(lost):
+        bench.sync(lost=True)
+    bench.sync()
+    bench.measure(3.0)
+    assert bench.node.theta - theta == pytest.approx((1 + lost) * bench.read_speed * PERIOD)
+
+
 def test_prediction_goes_on_at_the_measured_speed(bench: JointBench) -> None:
     bench.speed = 0.4
     bench.run()

@@ -9,7 +9,15 @@ from support.joint_bench import JointBench
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.nodes import GRIPPER, MASTER
-from rfms_can.wire.records import Config, Heartbeat, Nmt, Setpoint
+from rfms_can.wire.records import (
+    Bias,
+    Comply,
+    Config,
+    Heartbeat,
+    JointAngles,
+    Nmt,
+    Setpoint,
+)
 from rfms_can.wire.vocabulary import Command, ConfigStatus, NodeState, Parameter
 
 STEPS: list[Callable[[JointBench], object]] = [
@@ -81,6 +89,21 @@ def test_a_set_point_with_an_extra_of_a_later_version_is_not_followed(wire: Wire
         assert bench.errors(bench.setpoint(extras=0b1000)) == []
     assert bench.emergencies()[-1].frame == wire.id(Setpoint, 1)
     assert bench.state is NodeState.QUICKSTOP
+
+
+def test_a_frame_whose_bit_is_not_set_is_no_part_of_the_set_point(wire: Wire) -> None:
+    """Whenever it comes: a joint that heard it in time would go elsewhere than one that did not."""
+    bench = JointBench(wire).enable()
+    bench.sync()
+    low = bench.cycle & 0xFF
+    bench.say(Comply, None, *(0.01,) * 6, low)
+    bench.say(Bias, None, *(1.0,) * 6, low)
+    bench.say(JointAngles, 1, *(0.01 + angle for angle in bench.q), low, 0b111111)
+    answers = bench.setpoint() + bench.measure() + bench.other_errors()
+    (error,), (dac,) = bench.errors(answers), bench.dacs(answers)
+    assert error.error == pytest.approx(bench.q[bench.index] - bench.angle(), abs=1e-6)
+    assert error.error_rate == 0.0
+    assert dac.force_dac == 0
 
 
 @pytest.mark.parametrize("torque_nm", [1e3, -1e3])

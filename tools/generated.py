@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -29,16 +29,29 @@ def with_section(text: str, tool: str, section: str) -> str:
     return f"{before}{begin}\n{section.strip()}\n\n{end}{after}"
 
 
+Sections = Mapping[str, Callable[[], str]]
+"""What stands between the markers of each name."""
+
+
 def main(tool: str, file: str, render: Callable[[], str]) -> None:
     """Write the section of a page of docs/, or with ``--check`` exit 1 if it is not up to date."""
-    parser = argparse.ArgumentParser(description=f"Write the generated part of docs/{file}.")
+    main_of_pages(tool, {file: {tool: render}})
+
+
+def main_of_pages(tool: str, pages: Mapping[str, Sections]) -> None:
+    """The same for several sections of several pages, each between markers of its own name."""
+    files = ", ".join(f"docs/{file}" for file in pages)
+    parser = argparse.ArgumentParser(description=f"Write the generated part of {files}.")
     parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if it is old")
     check: bool = parser.parse_args().check
-    path = DOCS / file
-    text = path.read_text(encoding="utf-8")
-    new = with_section(text, tool, render())
-    if text == new:
-        return
-    if check:
-        sys.exit(f"docs/{file} is not up to date: run python tools/{tool}")
-    path.write_text(new, encoding="utf-8")
+    for file, sections in pages.items():
+        path = DOCS / file
+        text = path.read_text(encoding="utf-8")
+        new = text
+        for name, render in sections.items():
+            new = with_section(new, name, render())
+        if text == new:
+            continue
+        if check:
+            sys.exit(f"docs/{file} is not up to date: run python tools/{tool}")
+        path.write_text(new, encoding="utf-8")

@@ -24,6 +24,7 @@ from rfms_can.node.encoder_reference import AMBIGUITY, EncoderReference
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.setpoint.frames import setpoint_of
 from rfms_can.tables import complete
+from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
 from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import (
@@ -82,6 +83,7 @@ class JointController:
         "_count_rad",
         "_cycle",
         "_cycles_held",
+        "_cycles_lost",
         "_cycles_unsampled",
         "_dac",
         "_displacement",
@@ -160,6 +162,7 @@ class JointController:
         self._displacement = 0.0  # by compliance, rad, in the set-point taken last
         self._cycle = -1  # of the last SYNC
         self._cycles_unsampled = 1  # since the last sample
+        self._cycles_lost = 0  # SYNCs that the watchdog has missed since the last one
         self._cycles_held = 0  # since the last set-point taken
         self._sink: Callable[[int, ServoTerms], None] | None = None
         self._decide()
@@ -182,10 +185,13 @@ class JointController:
                 node.miss(FaultCode.SETPOINT_MISSING, self._master)
             else:
                 node.ladder.clear(_SETPOINT_MISSING)
-        gap, self._cycle = sync.cycle - self._cycle, sync.cycle
-        self._cycles_unsampled += 1
-        if gap > 1:
-            self._skip(min(gap, MAX_CYCLE_GAP) - 1)
+        gap, self._cycle = min(sync.cycle - self._cycle, MAX_CYCLE_GAP), sync.cycle
+        # those that the watchdog of SYNC has told of are counted already
+        self._cycles_unsampled += max(gap - self._cycles_lost, 1)
+        self._cycles_lost = 0
+        if gap > 1 and node.state is NodeState.OPERATIONAL:
+            for _ in range(gap - 1):  # cycles whose SYNC never came
+                self._hold()
         if rows.activate(sync.row_set):
             node.ladder.clear(_ROWS_MISSING)
         else:
@@ -221,6 +227,7 @@ class JointController:
     def lose_cycle(self) -> None:
         """No SYNC: what comes next belongs to no cycle the node knows."""
         self._cycles_unsampled += 1
+        self._cycles_lost += 1
         self._inputs.begin(dac_due=False)
 
     # --- 1. the sample ------------------------------------------------------------------------
@@ -277,14 +284,14 @@ class JointController:
             return
         before, rate_before = trajectory.theta + self._displacement, trajectory.rate
         cartesian = setpoint_of(setpoint, inputs.second_setpoint)
-        solve = self._solver.solve
-        if inputs.joint_setpoint is not None:
+        solve, extras = self._solver.solve, setpoint.extras  # a frame without its bit has no part
+        if extras & JOINT_SETPOINT_BELONGS and inputs.joint_setpoint is not None:
             given = (inputs.joint_setpoint, inputs.second_joint_setpoint)
             solve = self._solver.given(cartesian, *given)
         theta = trajectory.tick(cartesian, solve)
         if math.isnan(theta):
             return  # refused as a whole: counted as a missing set-point at the next SYNC
-        displacement = inputs.displacement or 0.0
+        displacement = (inputs.displacement or 0.0) if extras & COMPLY_BELONGS else 0.0
         theta += displacement
         error, rate = theta - self.theta, trajectory.rate - self.speed
         if not self._rows.selection:  # while it complies, only the commanded motion has a rate
@@ -302,7 +309,8 @@ class JointController:
             return
         self._cycles_held = 0
         self._displacement = displacement
-        self._bias = self.servo.deliverable_bias(inputs.bias) if inputs.bias else 0.0
+        bias = inputs.bias if extras & BIAS_BELONGS else None
+        self._bias = self.servo.deliverable_bias(bias) if bias else 0.0
         node.ladder.clear(_SETPOINT_MISSING)
         node.send(frame)
         inputs.take_error(self._index, error, rate, acceleration)
@@ -443,13 +451,6 @@ class JointController:
                 node.miss(FaultCode.ERROR_MISSING, Cause(silent, node.wire.id(JointError, silent)))
             return
         self._hold()
-
-    def _skip(self, cycles: int) -> None:
-        """Account for cycles whose SYNC never came."""
-        self._cycles_unsampled += cycles
-        if self._node.state is NodeState.OPERATIONAL:
-            for _ in range(cycles):
-                self._hold()
 
     def _hold(self) -> None:
         """A cycle without a set-point (R1): the last one stays, its history goes on."""

@@ -17,6 +17,7 @@
 ``tasks``              tasks of the task level at random, what they print run as a program
 ``identification``     what perfect experiments on a plant record, and find out
 ``golden``             reads ``tests/golden``, and compares with it
+``plain_node``         the node's handbook once more, line for line: a joint by its formulas alone
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it
 ``programs``           programs as files, moves drawn at random
 =====================  =============================================================================
