@@ -25,7 +25,7 @@ class PlainSetpoint:
         self.theta = self.prev = theta
         self.s1 = self.s2 = self.theta_BC = self.r = self.r_step = 0.0
         self.rate = self.acceleration = 0.0
-        self.since = 0
+        self.since = self.entered = 0
         self.Q = (0.0, 0.0, 0.0, 0.0)
         self.base: list[float] = []
         self.next: list[float] = []
@@ -123,7 +123,8 @@ class PlainSetpoint:
         elif not self.base:
             y0, y1, y2, y3 = self.theta, 0.0, 0.0, 0.0
         else:
-            least = 1 if self.state == "IDLE" else 10
+            wanted = 128 if n >= 512 else min(n // 6, 32)
+            least = 1 if self.state == "IDLE" else max(10, min(wanted, self.entered // 4))
             y = fit(self.base, min(w, max(self.since, least)), 1)
             y0 = y[0] + (self.r + self.r_step) * self.theta_BC
             y1 = y[1] / tau + self.r_step * self.theta_BC / tau
@@ -148,6 +149,7 @@ class PlainSetpoint:
         angle = goal + r * self.theta_BC if mode == "JOINT" and p >= 1 else y0
         self.base, self.next = self.next, self.base
         self.r_step = 0.0
+        self.entered = n
         return angle
 
     def miss(self) -> None:
