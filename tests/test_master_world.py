@@ -244,12 +244,12 @@ def test_the_shadow_follows_every_setpoint_to_the_goal(motion: Motion) -> None:
     moved = 0
     while not motion.is_over(sequence):
         motion.next_setpoint()
-        moved += motion.moves
+        moved += motion.following.moves
     assert moved * PERIOD_S == pytest.approx(1.2, abs=0.1)
     assert motion.at_rest
     for _ in range(3):  # set-points the rate is made of besides the last
         motion.next_setpoint()
-    assert not motion.moves
+    assert not motion.following.moves
 
 
 def test_stop_ends_at_rest_and_new_moves_go_on_from_there(motion: Motion) -> None:

@@ -86,7 +86,7 @@ class Servoing:
     def run(self, cycles: int) -> None:
         for _ in range(cycles):
             self.motion.next_setpoint()
-            added = self.motion.displaced(None) or (0.0,) * 6
+            added = self.motion.following.displaced(None) or (0.0,) * 6
             theta = self.motion.commanded.theta
             self.q.append(tuple(a + b for a, b in zip(theta, added, strict=True)))
 

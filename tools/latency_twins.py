@@ -119,7 +119,7 @@ class Bench:
         observed_ns = deadline_ns + round(phase * period_ns)
         rig.bus.run_until(observed_ns)
         made = master.closed - closed
-        moving = master.motion.moves
+        moving = master.motion.following.moves
         child = self._twin(self._observation(), observed_ns + CYCLES * period_ns)
         own = self._go_on(observed_ns + CYCLES * period_ns)
         other = _read(child)

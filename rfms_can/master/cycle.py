@@ -160,12 +160,12 @@ class ControlCycle:
         if phase is Phase.RUN and not requests.stop_requested:
             motion, force, q = self._motion, self._force, inputs.arm_state.q
             model, in_force = self._rows.newest, self._rows.in_force.compliance
-            self._statistics.errors(inputs.errors, motion.moves)
+            self._statistics.errors(inputs.errors, motion.following.moves)
             guarded = motion.guarded
             if not guarded:
                 force.guards.end()
             force.sense(inputs.take_reading(), inputs.torques, motion.commanded, q, model, guarded)
-            errors = motion.errors_of_asked(inputs.errors)
+            errors = motion.following.errors_of_asked(inputs.errors)
             reached = force.close(motion.force_request, q, errors, model, in_force)
             if reached:
                 motion.end_guarded(reached)
@@ -223,7 +223,7 @@ class ControlCycle:
         """The set-point of the next cycle, and what goes with it."""
         motion, force = self._motion, self._force
         setpoint = motion.next_setpoint()
-        displacement = motion.displaced(force.follow(motion.commanded.theta))
+        displacement = motion.following.displaced(force.follow(motion.commanded.theta))
         gripper = self._requests.gripper
         self._next = Outgoing(setpoint, motion.commanded.told, displacement, force.bias, gripper)
 

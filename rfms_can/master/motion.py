@@ -14,10 +14,8 @@ from rfms_can.kinematics import (
 from rfms_can.master.accepted_moves import AcceptedMove, AcceptedMoves, Request
 from rfms_can.master.force.requested import RequestedCompliance
 from rfms_can.master.force.specification import ForceRequest
-from rfms_can.master.trajectory.braking import Brake
-from rfms_can.master.trajectory.commanded import CommandedTrajectory
+from rfms_can.master.trajectory.following import Following
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
-from rfms_can.master.trajectory.lag import KEPT, LARGEST, Lag
 from rfms_can.master.trajectory.planning import MovePlanner, with_straight_wrist
 from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.master.waiting_moves import WaitingMoves
@@ -50,7 +48,7 @@ Vet = Callable[[ForceRequest, Joints, bool], str | None]
 
 
 class Motion:
-    """Trajectory generator, its shadow of the six joints, and the world model.
+    """Trajectory generator, the six joints that follow it, and the world model.
 
     Args:
         arm: the arm.
@@ -64,7 +62,8 @@ class Motion:
         stopped_short: why the arm last came to rest beside its path, or None.
         planner: of moves, in the order of their requests.
         generator: the master's half of the trajectory generator.
-        commanded: the commanded trajectory, in double precision.
+        following: what the joints make of its path.
+        commanded: the commanded trajectory.
         world: symbol tables.
     """
 
@@ -74,7 +73,8 @@ class Motion:
         self._arm = arm
         self._period = period_s
         self._vet = vet
-        self.commanded = CommandedTrajectory(arm, period_s)
+        self.following = Following(arm, period_s, blend)
+        self.commanded = self.following.commanded
         self.generator = TrajectoryGenerator(period_s, blend)
         self.planner = MovePlanner(arm, period_s)
         self._sequence = 0
@@ -87,10 +87,6 @@ class Motion:
         self.force_request: ForceRequest | None = None
         self.stopped_short: str | None = None
         self._untold: str | None = None  # the arm stopped short at rest: no move tells
-        self._blend = blend
-        self._brake: Brake | None = None
-        self._lag = Lag(arm, period_s)
-        self._complies = False  # whether compliance displaced the set-point made last
         self._acts: Final[dict[type[Message], Callable[[Any], Answer | None]]] = {
             TransformMessage: self._define,
             PositionMessage: self._define,
@@ -109,7 +105,7 @@ class Motion:
     def enable(self, q: Sequence[float]) -> None:
         """Hold where the encoders say the arm is (rad), without a move or a force request."""
         self._hold(q)
-        self._lag.reset(q)
+        self.following.enable(self.commanded.theta)
         self._requested.forget()
         self.force_request = None
 
@@ -121,10 +117,9 @@ class Motion:
         configuration = configuration_of(arm, q)
         self.world.configuration = configuration
         self.generator.enable(direct(arm, q), configuration, q)
-        self.commanded.reset(q)
+        self.following.hold(q)
         self.planner.reset(self.commanded.theta)
         self._moves.clear()
-        self._brake = None
 
     def forget(self) -> None:
         """Begin with empty symbol tables and rigid, for another program; the motion goes on."""
@@ -293,76 +288,28 @@ class Motion:
 
     def next_setpoint(self) -> CartesianSetpoint:
         """The set-point of the next cycle: of the path, or of a stop where none can follow it."""
-        generator, world = self.generator, self.world
-        if self._brake is not None:
-            if not self._brake.over:
-                generator.pass_tick()
-                return self._slow_down(self._brake)
-            self._brake = None
-            self._hold(self.commanded.theta)
-        elif generator.stopped:
+        generator, world, following = self.generator, self.world, self.following
+        if following.brakes and not following.has_braked:
+            generator.pass_tick()
+            return following.slow_down(generator.sequence)
+        if following.brakes or generator.stopped:
             self._hold(self.commanded.theta)  # force control goes on complying where it stopped
         for name in world.silent(generator.tick_count):
             self.settle(name)
         setpoint = generator.tick()
-        refusal = self._lagging() or self.commanded.check(setpoint)
+        refusal = following.refusal(setpoint)
         if refusal is None:
             self._take_over(generator.sequence)
             return setpoint
         return self._stop_short(refusal)
 
-    def displaced(self, displacement: Sequence[float] | None) -> Sequence[float] | None:
-        """What the joints add to the set-point made last: a displacement, and their lag, rad (6).
-
-        Args:
-            displacement: by compliance, rad (6), or None.
-
-        Returns:
-            None if there is nothing to add.
-        """
-        lag, theta = self._lag, self.commanded.theta
-        self._complies = displacement is not None
-        if displacement is None:
-            lag.follow(theta)
-            return lag.angles if lag.active else None
-        lag.follow([t + d for t, d in zip(theta, displacement, strict=True)])
-        if not lag.active:
-            return displacement
-        return [d + behind for d, behind in zip(displacement, lag.angles, strict=True)]
-
-    def errors_of_asked(self, errors: Sequence[float]) -> Sequence[float]:
-        """Joint errors as they would be if no joint lagged behind, rad: asked for less encoder."""
-        if not self._lag.active:
-            return errors
-        return [error - behind for error, behind in zip(errors, self._lag.angles, strict=True)]
-
-    def _lagging(self) -> str | None:
-        """Which joint lags too far behind its path, in words; None if none does."""
-        moves = any(self.commanded.steps) and not self._complies
-        joint = self._lag.joint_too_far if moves else None
-        if joint is None:
-            return None
-        return (
-            f"{self._arm.name}: joint {joint}: set-point lags over {LARGEST:g} rad behind what is "
-            f"asked of it, at its limits of speed and acceleration"
-        )
-
     def _stop_short(self, refusal: str) -> CartesianSetpoint:
         """The joints cannot follow the path any further: come to rest beside it."""
-        commanded, generator = self.commanded, self.generator
+        generator = self.generator
         self.stopped_short = f"{refusal}{self._blame()}"
         if not generator.brake(self.stopped_short):
             self._untold = self.stopped_short
-        limits = [KEPT * limit for limit in commanded.bend_limits]
-        brake = Brake(self._arm, commanded.theta, commanded.steps, limits)
-        self._brake = brake
-        return self._slow_down(brake)
-
-    def _slow_down(self, brake: Brake) -> CartesianSetpoint:
-        theta = brake.step()
-        setpoint = brake.setpoint(theta, self.generator.sequence, self._blend)
-        self.commanded.follow(setpoint, theta)
-        return setpoint
+        return self.following.brake(generator.sequence)
 
     def _blame(self) -> str:
         """The references that lead the move under way, and what was observed of them last."""
@@ -376,11 +323,6 @@ class Motion:
     def comply(self) -> str:
         """Directions the program has requested to comply in, e.g. ``"fx fy rx ry"``."""
         return self._requested.selection.word
-
-    @property
-    def moves(self) -> bool:
-        """Whether the arm is commanded to move in the set-point made last."""
-        return any(self.commanded.rate)
 
     def is_over(self, sequence: int) -> bool:
         """Whether a move is over: made, handed over to the next, or ended by something else.

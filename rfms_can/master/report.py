@@ -45,7 +45,7 @@ def arm_at_rest(master: MasterNode) -> bool:
     """
     motion, comply = master.motion, master.force_control.comply
     stands_still = master.stillness.arm and not comply.fading
-    return stands_still and motion.at_rest and not motion.moves
+    return stands_still and motion.at_rest and not motion.following.moves
 
 
 def status_of(

@@ -74,7 +74,7 @@ class Run(Program):
             if cycles is None and self.motion.at_rest:
                 break
             self.run(1)
-            told, behind = self.motion.commanded.told, self.motion.displaced(None)
+            told, behind = self.motion.commanded.told, self.motion.following.displaced(None)
             self.heard = self._nodes.take(self.setpoints[-1], told, behind, next(self._cycle))
 
     def has_reached(self, angles: Joints) -> None:

@@ -89,7 +89,7 @@ class RestWatch:
         if frame.id not in self._receivers:
             return
         joint, receiver = self._receivers[frame.id]
-        if self._master.motion.moves:
+        if self._master.motion.following.moves:
             self._end_rest(joint)
             return
         error = receiver.decoder.decode(frame)

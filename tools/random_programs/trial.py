@@ -232,7 +232,7 @@ class Trial:
         setpoint = motion.next_setpoint()
         if motion.stopped_short is not None:
             self._broken = self._broken or f"stopped short: {motion.stopped_short}"
-        told, displacement = motion.commanded.told, motion.displaced(None)
+        told, displacement = motion.commanded.told, motion.following.displaced(None)
         self._behind = displacement is not None
         self._lagged += self._behind
         angles = self._nodes.take(setpoint, told, displacement, self._tick)

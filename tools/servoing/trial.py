@@ -139,7 +139,7 @@ class Servoing:
         motion = self._motion
         outcomes = motion.generator.outcomes
         setpoint = motion.next_setpoint()
-        told, displacement = motion.commanded.told, motion.displaced(None)
+        told, displacement = motion.commanded.told, motion.following.displaced(None)
         self._lagged += displacement is not None
         angles = self._nodes.take(setpoint, told, displacement, 0)
         self._judge.take(angles)
