@@ -7,6 +7,7 @@ eightfold if velocity does.
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 from pytest import approx
 from support.trajectory import Rig, golden_rig
@@ -120,6 +121,23 @@ def test_float32_on_the_wire_does_not_shake_a_transition(program: Program) -> No
     assert difference < 2e-5
     for a, b in zip(exact.starts(), rounded.starts(), strict=True):
         assert rounded.difference(2, b) == approx(exact.difference(2, a), abs=0.2)
+
+
+def slow_and_hardly_longer_than_its_transitions(rig: Rig) -> None:
+    rig.move(CARTESIAN, "W1", 1.36, 0.6)
+    rig.move(CARTESIAN, "W2", 1.36, 0.6)
+
+
+@pytest.mark.parametrize("feed", [1.0, 0.3])
+def test_noise_does_not_grow_with_the_third_power_of_a_slow_transition(feed: float) -> None:
+    """With ten samples, what fits into two periods of even motion, it would be 1e-3 to 1e-2 rad."""
+    rigs = [Rig(Blend.CONTINUOUS, 0.004), Rig(Blend.CONTINUOUS, 0.004, wire=True)]
+    for rig in rigs:
+        rig.run(20)
+        rig.generator.set_feed(feed)
+        slow_and_hardly_longer_than_its_transitions(rig)
+        rig.finish()
+    assert np.abs(np.subtract(rigs[0].q, rigs[1].q)).max() < 3e-4 / feed
 
 
 def test_what_the_servo_hears_follows_the_commanded_motion_without_delay() -> None:

@@ -209,6 +209,14 @@ class Rig:
                 return
         raise AssertionError(f"not at rest after {limit} ticks")
 
+    def run_to_rest(self, limit: int = 20000) -> None:
+        """Until the last tick was one at rest, or of a goal that goes on."""
+        for _ in range(limit):
+            self.tick()
+            if self.generator.at_rest:
+                return
+        raise AssertionError(f"not at rest after {limit} ticks")
+
     def starts(self) -> list[int]:
         return [k for k, stage in enumerate(self.stages) if stage is Stage.START]
 
