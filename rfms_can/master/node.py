@@ -50,7 +50,7 @@ from rfms_can.wire.records import (
     Reference,
     Rows,
 )
-from rfms_can.wire.vocabulary import NodeState, Parameter
+from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 _OWN_HEARTBEAT = bit("HEARTBEAT", MASTER)
 
