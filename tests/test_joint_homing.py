@@ -278,7 +278,7 @@ def search(bench: JointBench, index_valid: int, moves: bool) -> list[FaultCode]:
         if moves:
             bench.speed = towards
             bench.q[bench.index] += towards * PERIOD_S
-    return [emergency.fault for emergency in bench.emergencies()]
+    return [FaultCode(emergency.fault) for emergency in bench.emergencies()]
 
 
 def test_an_encoder_that_stands_still_under_full_torque_ends_homing(wire: Wire) -> None:

@@ -24,7 +24,8 @@ def bench(wire: Wire) -> JointBench:
 
 def bound(bench: JointBench) -> float:
     p = bench.parameters
-    return 0.5 * min(p[Parameter.TORQUE_LIMIT] / p[Parameter.KP], FOLLOWING_ERROR_RAD)
+    half = 0.5 * min(p[Parameter.TORQUE_LIMIT] / p[Parameter.KP], FOLLOWING_ERROR_RAD)
+    return min(half, 0.01 * p[Parameter.SPEED_LIMIT])
 
 
 def displaced(bench: JointBench, by: float) -> list[Heard]:
@@ -117,14 +118,14 @@ def test_a_joint_that_an_obstacle_throws_back_goes_on(bench: JointBench) -> None
 def test_a_blocked_joint_does_not_run_away(wire: Wire) -> None:
     """The set-point leaves, the joint stands."""
     p = JointBench(wire).parameters
-    watch = RunawayWatch(p)
-    assert all(watch.watch(k * 0.004, 0.3) == 0 for k in range(100))
+    watch = RunawayWatch(p, 5)
+    assert all(not watch.watch(k * 0.004, 0.3) for k in range(100))
 
 
 def test_a_joint_that_lags_ever_more_but_moves_along_does_not_run_away(wire: Wire) -> None:
     p = JointBench(wire).parameters
-    watch = RunawayWatch(p)
-    assert all(watch.watch(k * 0.004, k * 0.002) == 0 for k in range(100))
+    watch = RunawayWatch(p, 5)
+    assert all(not watch.watch(k * 0.004, k * 0.002) for k in range(100))
 
 
 def test_a_joint_that_complies_may_be_pushed_away(bench: JointBench) -> None:
@@ -139,5 +140,5 @@ def test_a_joint_that_complies_may_be_pushed_away(bench: JointBench) -> None:
 
 
 def test_without_a_proportional_gain_the_following_error_limit_is_the_bound(wire: Wire) -> None:
-    p = {**JointBench(wire).parameters, Parameter.KP: 0.0}
-    assert RunawayWatch(p).bound == pytest.approx(0.5 * FOLLOWING_ERROR_RAD)
+    p = {**JointBench(wire).parameters, Parameter.KP: 0.0, Parameter.SPEED_LIMIT: 50.0}
+    assert RunawayWatch(p, 5).bound == pytest.approx(0.5 * FOLLOWING_ERROR_RAD)

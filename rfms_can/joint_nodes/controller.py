@@ -55,7 +55,6 @@ _SETPOINT_MISSING: Final = FaultCode.SETPOINT_MISSING
 _ERROR_MISSING: Final = FaultCode.ERROR_MISSING
 _ROWS_MISSING: Final = FaultCode.ROWS_MISSING
 _ENCODER_GLITCH: Final = FaultCode.ENCODER_GLITCH
-_RUNAWAY_CYCLES: Final = rung(FaultCode.RUNAWAY, Reaction.OFF)
 
 
 class JointController:
@@ -154,7 +153,7 @@ class JointController:
         self.encoder = EncoderReference(p)
         self.homing = Homing(p, self.encoder, self.servo)
         self.trajectory = JointSetpoint(self._period)
-        self._runaway = RunawayWatch(p)
+        self._runaway = RunawayWatch(p, rung(FaultCode.RUNAWAY, Reaction.OFF))
         self.ramp: StopRamp | None = None
         self._solver = AngleSolver(p, node.number)
         self._master = Cause(MASTER, node.wire.id(Setpoint, 1))
@@ -355,7 +354,7 @@ class JointController:
 
     def _runs_away(self, error: float, angle: float) -> bool:
         """Watch a rigid joint's error and angle, rad; whether its torque had to go off (R4)."""
-        if self._runaway.watch(error, angle) < _RUNAWAY_CYCLES:
+        if not self._runaway.watch(error, angle):
             return False
         node = self._node
         cause = Cause(node.number, node.wire.id(Measure, node.number), self._runaway.bound)
