@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any
 
 from rfms_can.arm import Arm
+from rfms_can.compliance import LAWS
 from rfms_can.dynamics.model import NONE, make_dynamics
 from rfms_can.errors import FaultError, ProgramError
 from rfms_can.master.answers import bit
@@ -121,6 +122,7 @@ class MasterNode(Endpoint):
         self.verification = Verification(
             parameters,
             modelled=settings.dynamics != NONE,
+            parts_directions=LAWS[settings.law].parts_directions,
             largest=settings.following_error,
         )
         self.requests = ProgramRequests(

@@ -12,7 +12,8 @@ and asks two things of it:
   contact, and whether the arm complies or not;
 - it is within a bound: each joint's own error where the arm is rigid; where it complies what the
   rows in force make of the six errors (C_theta e of Eq. 5.10), which is what the law still holds.
-  What a law lets go is bounded by the displacement of COMPLY.
+  Laws that hold joints, or give a stiffness, do not part the directions that are held: a peg that
+  jams leaves any error. What a law lets go is bounded by the displacement of COMPLY.
 
 Either must be wrong for ``CYCLES`` cycles in a row: a node bridges two samples of an encoder that
 jumped. What was not heard in a cycle is not judged in it.
@@ -47,6 +48,9 @@ LEAST: Final = 0.03
 0.02 rad; experiments of identification, which run fast without a model, leave 0.013 there."""
 MOST: Final = 0.1
 """Largest bound of the following error, rad: half of FOLLOWING_ERROR_LIMIT."""
+COMPLYING_FACTOR: Final = 2.0
+"""The bound of what is held while something complies, over that of a rigid joint: the servos see to
+all six errors at once, and the peg beside its hole leaves 0.6 of a rigid joint's."""
 MODELLED_FREQUENCY: Final = 30.0
 """Natural frequency, rad/s, from which LEAST and MOST hold without a model; a softer servo leaves
 an error that is larger by the square, since gravity and inertia are errors then."""
@@ -87,21 +91,32 @@ class Verification:
     Args:
         parameters: configuration of joint nodes 1 to 6.
         modelled: whether the servos compensate gravity and inertia.
+        parts_directions: whether the law's rows part what is held from what complies.
         largest: see ``following_bounds``.
 
     Attributes:
         bounds: of the following error, rad (6).
     """
 
-    __slots__ = ("_doubt", "_doubted", "_strayed", "_untrue", "_watching", "bounds")
+    __slots__ = (
+        "_doubt",
+        "_doubted",
+        "_parts_directions",
+        "_strayed",
+        "_untrue",
+        "_watching",
+        "bounds",
+    )
 
     def __init__(
         self,
         parameters: Mapping[int, Mapping[Parameter, float]],
         *,
         modelled: bool = True,
+        parts_directions: bool = True,
         largest: float = 0.0,
     ) -> None:
+        self._parts_directions: Final = parts_directions
         self.bounds: Final = following_bounds(parameters, modelled=modelled, largest=largest)
         self._doubt: Final = tuple(
             DOUBT_CYCLES
@@ -170,7 +185,10 @@ class Verification:
     ) -> str | None:
         """Count what is wrong, joint by joint."""
         errors = [goal - angle for goal, angle in zip(goals, measured, strict=True)]
-        real = errors if held is None else (held @ errors).tolist()
+        real: Sequence[float] = errors
+        if held is not None:
+            parted = self._parts_directions
+            real = ((held @ errors) / COMPLYING_FACTOR).tolist() if parted else _NONE
         self._doubted |= _ALL & ~heard
         for k, bound in enumerate(self.bounds):
             if heard >> k & 1:
@@ -182,7 +200,7 @@ class Verification:
         if max(self._untrue) >= CYCLES:
             return self._untruth(goals, measured, told)
         if max(self._strayed) >= CYCLES:
-            return self._straying(goals, measured, real, complies=held is not None)
+            return self._straying(goals, measured, real, held is not None)
         return None
 
     def _untruth(
@@ -204,7 +222,6 @@ class Verification:
         goals: Sequence[float],
         measured: Sequence[float],
         real: Sequence[float],
-        *,
         complies: bool,
     ) -> str:
         """A joint is not where it was commanded to be: where the arm complies, by the held part."""
@@ -212,12 +229,11 @@ class Verification:
         off = [abs(goal - angle) for goal, angle in zip(goals, measured, strict=True)]
         among = range(len(JOINTS)) if complies else strayed  # rows mix the errors of the joints
         k = max(among, key=lambda i: off[i] / self.bounds[i])
-        how, shown = ("complying, held part", max(strayed, key=lambda i: abs(real[i])))
-        if not complies:
-            how, shown = "rigid", k
+        shown = max(strayed, key=lambda i: abs(real[i])) if complies else k
+        factor = COMPLYING_FACTOR if complies else 1.0
         return (
             f"joint {k + 1} does not follow: MEASURE_{k + 1} is {measured[k]:.6f} rad where "
-            f"{goals[k]:.6f} rad was commanded ({how}: off by {real[shown]:.4f} rad, bound "
-            f"{self.bounds[shown]:g} rad, {CYCLES} cycles): is it blocked, overloaded, or not "
-            f"driven as its node tells?"
+            f"{goals[k]:.6f} rad was commanded ({'held part' if complies else 'rigid'} off by "
+            f"{factor * real[shown]:.4f} rad, bound {factor * self.bounds[shown]:g} rad, {CYCLES} "
+            f"cycles): is it blocked, overloaded, or not driven as its node tells?"
         )
