@@ -155,20 +155,31 @@ class Verification:
         Returns:
             Which joint must not go on, and why; None if all may.
         """
-        moved = _NONE if displacement is None else displacement
-        suspicious = self._watching or heard != _ALL or held is not None
-        if not suspicious:
-            for goal, shift, angle, error, bound in zip(
-                commanded, moved, measured, told, self.bounds, strict=True
-            ):
-                off = goal + shift - angle
-                if not (-bound <= off <= bound and -AGREEMENT <= off - error <= AGREEMENT):
-                    suspicious = True
-                    break
-        if not suspicious:
+        goals = commanded
+        if displacement is not None:
+            goals = [goal + shift for goal, shift in zip(commanded, displacement, strict=True)]
+        if self._watching or heard != _ALL:
+            return self._judge(goals, measured, told, heard, held)
+        if held is None:
+            for goal, angle, error, bound in zip(goals, measured, told, self.bounds, strict=True):
+                off = goal - angle
+                if off > bound or off < -bound or not -AGREEMENT <= off - error <= AGREEMENT:
+                    return self._judge(goals, measured, told, heard, held)
             return None
-        goals = [goal + shift for goal, shift in zip(commanded, moved, strict=True)]
-        return self._judge(goals, measured, told, heard, held)
+        errors = [goal - angle for goal, angle in zip(goals, measured, strict=True)]
+        for off, error, real, bound in zip(
+            errors, told, self._held(held, errors), self.bounds, strict=True
+        ):
+            if not (-AGREEMENT <= off - error <= AGREEMENT and -bound <= real <= bound):
+                return self._judge(goals, measured, told, heard, held)
+        return None
+
+    def _held(self, held: Matrix, errors: Sequence[float]) -> Sequence[float]:
+        """What a complying arm is held to of six errors, rad, by the bounds of a rigid one."""
+        if not self._parts_directions:
+            return _NONE
+        real: list[float] = (held @ errors).tolist()
+        return [part / COMPLYING_FACTOR for part in real]
 
     def rested(self) -> None:
         """The arm is commanded to rest: from here on no joint's past matters."""
@@ -185,10 +196,7 @@ class Verification:
     ) -> str | None:
         """Count what is wrong, joint by joint."""
         errors = [goal - angle for goal, angle in zip(goals, measured, strict=True)]
-        real: Sequence[float] = errors
-        if held is not None:
-            parted = self._parts_directions
-            real = ((held @ errors) / COMPLYING_FACTOR).tolist() if parted else _NONE
+        real = errors if held is None else self._held(held, errors)
         self._doubted |= _ALL & ~heard
         for k, bound in enumerate(self.bounds):
             if heard >> k & 1:
