@@ -215,3 +215,19 @@ def test_scales_nothing_can_be_divided_by_are_refused(wire: Wire, parameter: Par
         bench.say(Config, 7, known, 0, value, 0)
     (answer,) = bench.commit()
     assert answer.values.status == ConfigStatus.WRONG_HASH
+
+
+def test_a_jaw_that_never_comes_to_rest_ends_homing_in_its_time(bench: GripperBench) -> None:
+    bench.command(Command.HOME)
+    limit = bench.parameters[Parameter.HOMING_TIME]
+    cycles, counts = 0, 0
+    while bench.state is NodeState.HOMING:
+        cycles += 1
+        counts += 5  # a slipping belt
+        codes = cycle(bench, counts, NodeState.HOMING)
+    assert cycles * PERIOD_NS * 1e-9 == pytest.approx(limit, abs=0.01)
+    (emergency,) = bench.emergencies()
+    assert emergency.fault == FaultCode.HOMING_FAILED
+    assert emergency.bound == pytest.approx(limit)
+    assert codes == [0]
+    assert bench.node.reaction is Reaction.OFF

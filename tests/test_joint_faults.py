@@ -17,6 +17,8 @@ LADDER: Final = "test_joint_ladder.py"
 BOUNDS: Final = "test_joint_bounds.py"
 HOMING: Final = "test_joint_homing.py"
 NODE: Final = "test_joint_node.py"
+RUNAWAY: Final = "test_joint_runaway.py"
+DUPLICATE: Final = "test_joint_duplicate.py"
 
 F = FaultCode
 PROVOKED: Final[dict[FaultCode, tuple[str, str]]] = complete(
@@ -45,6 +47,8 @@ PROVOKED: Final[dict[FaultCode, tuple[str, str]]] = complete(
         ),
         F.DBC_MISMATCH: (NODE, "test_a_master_with_another_dbc_ends_torque_at_once"),
         F.EMERGENCY_STOP: (NODE, "test_emergency_stop_ends_torque_at_once"),
+        F.RUNAWAY: (RUNAWAY, "test_a_motor_that_drives_away_loses_its_torque_within_five_cycles"),
+        F.DUPLICATE_NODE: (DUPLICATE, "test_a_second_node_of_its_number_stops_a_joint_in_motion"),
     },
     LADDERS,
 )

@@ -158,11 +158,11 @@ def test_a_joint_searches_slowly_towards_the_middle_and_then_holds(name: str, pa
     servo = Servo({**p, Parameter.KI: 0.0}, joint)
     homing = Homing(p, encoder, servo)
     q, path = power_up, [power_up]
-    while homing.found is None:
+    while not homing.found:
         torque = homing.step(*bench.frames(q), 0.0, 0.0)
         wanted = p[Parameter.HOMING_SPEED] if part < 0.5 else -p[Parameter.HOMING_SPEED]
         friction = servo.friction.rigid(wanted)
-        if homing.found is None:
+        if not homing.found:
             q += (torque - friction - p[Parameter.KD] * wanted) / p[Parameter.KP]
             path.append(q)
     assert homing.found
@@ -246,8 +246,65 @@ def test_an_encoder_that_counts_backwards_ends_homing_before_the_joint_has_gone_
         measure, reference = bench.frames(q)
         backwards = measure._replace(counts=-measure.counts)
         homing.step(backwards, reference._replace(index_counts=-reference.index_counts), 0.0, 0.0)
-        if homing.found is False:
+        if homing.failure is not None:
             break
         q += towards * 0.002
-    assert homing.found is False
+    assert homing.failure is not None
+    assert homing.failure.value > homing.failure.bound
     assert abs(q - power_up) < 0.3 * arm.drives[joint - 1].index_interval
+
+
+# --- homing that does not end -------------------------------------------------------------------
+
+
+def search(bench: JointBench, index_valid: int, moves: bool) -> list[FaultCode]:
+    """Search until the node gives up; faults it tells of. The joint follows, or stands."""
+    p = bench.parameters
+    middle = 0.5 * (p[Parameter.POSITION_MIN] + p[Parameter.POSITION_MAX])
+    bench.configure()
+    bench.command(Command.HOME)
+    bench.rows(0)
+    towards = math.copysign(p[Parameter.HOMING_SPEED], middle - bench.q[bench.index])
+    for _ in range(10_000):
+        bench.sync(NodeState.HOMING)
+        bench.measure()
+        coarse = (bench.q[bench.index] - p[Parameter.COARSE_ZERO]) / p[Parameter.COARSE_PER_CODE]
+        answers = bench.say(
+            *(Reference, bench.number, round(coarse), 0, index_valid, bench.cycle & 0xFF)
+        )
+        if bench.state is not NodeState.HOMING:
+            assert [dac.current_dac for dac in bench.dacs(answers)] == [0]
+            break
+        if moves:
+            bench.speed = towards
+            bench.q[bench.index] += towards * PERIOD_S
+    return [FaultCode(emergency.fault) for emergency in bench.emergencies()]
+
+
+def test_an_encoder_that_stands_still_under_full_torque_ends_homing(wire: Wire) -> None:
+    bench = JointBench(wire)
+    assert search(bench, 0, moves=False) == [FaultCode.HOMING_FAILED]
+    (emergency,) = bench.emergencies()
+    assert emergency.frame == wire.id(Measure, bench.number)
+    assert emergency.bound == pytest.approx(bench.parameters[Parameter.STUCK_TIME])
+    assert bench.cycle * PERIOD_S < 0.5  # the torque has grown to its limit, and 0.1 s there
+
+
+def test_an_index_that_never_comes_ends_homing_in_its_time(wire: Wire) -> None:
+    """A short range is walked through slowly here: there is no end of it in the test."""
+    bench = JointBench(wire, changes={Parameter.HOMING_TIME: 0.6})
+    assert search(bench, 0, moves=True) == [FaultCode.HOMING_FAILED]
+    (emergency,) = bench.emergencies()
+    assert emergency.frame == wire.id(Reference, bench.number)
+    assert emergency.bound == pytest.approx(0.6, abs=1e-6)
+    assert bench.cycle * PERIOD_S == pytest.approx(0.6, abs=3 * PERIOD_S)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_time_of_homing_is_four_times_what_two_indexes_take(name: str) -> None:
+    arm = ARMS[name]
+    for joint in JOINTS:
+        p = PARAMETERS[name][joint]
+        to_pass_one = arm.drives[joint - 1].index_interval / p[Parameter.HOMING_SPEED]
+        assert p[Parameter.HOMING_TIME] == pytest.approx(8.0 * to_pass_one, rel=1e-6)
+        assert p[Parameter.HOMING_TIME] > 4.0 * p[Parameter.STUCK_TIME]

@@ -176,7 +176,7 @@ def test_integral_may_unwind_while_the_torque_is_clamped() -> None:
     servo = servo_with(KI=100.0)
     torque(servo, e=own(0.1), feedforward=-90.0)  # clamped below, error pulls up
     assert servo.state.integral == pytest.approx(0.04)
-    assert servo.state.saturated
+    assert servo.state.at_limit
 
 
 def test_reset_forgets_the_integral() -> None:
@@ -396,9 +396,7 @@ def test_torque_never_exceeds_the_limit(error: float, feedforward: float) -> Non
     servo = servo_with(KP=100.0, KI=10.0)
     result = torque(servo, e=own(error), feedforward=feedforward)
     assert -50.0 <= result <= 50.0
-    assert servo.state.saturated == (
-        abs(result) == 50.0 and abs(100.0 * error + feedforward) > 50.0
-    )
+    assert servo.state.at_limit == (abs(result) == 50.0 and abs(100.0 * error + feedforward) > 50.0)
 
 
 @pytest.mark.parametrize("arm", ARMS.values(), ids=lambda arm: arm.name)

@@ -74,7 +74,7 @@ def test_silence_is_counted_in_a_row() -> None:
     for cycle in (1, 2, 4, 5, 7, 8):
         answers.missing = bit("DAC", 1)
         assert answers.unanswered(cycle) is None
-    assert answers.unanswered(9) == "joint 1: no DAC_1 for 3 cycles"
+    assert answers.unanswered(9) == (1, "joint 1: no DAC_1 for 3 cycles")
 
 
 @pytest.mark.parametrize("clock", [Clock.VIRTUAL, Clock.LOCKSTEP])

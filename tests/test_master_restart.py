@@ -125,8 +125,8 @@ def fleet_of_two_masters(wire: Wire) -> Fleet:
 def test_the_gripper_does_without_what_its_master_does_not_know(
     wire: Wire, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(gripper, "DEFAULTS", {Parameter.HOMING_TIME: 1.0})
+    monkeypatch.setattr(gripper, "DEFAULTS", {Parameter.ARM_ID: 260.0})
     parameters = all_parameters(PUMA_260, "corke", 0.004)[7]
-    del parameters[Parameter.HOMING_TIME]
+    del parameters[Parameter.ARM_ID]
     bench: FieldNodeBench[GripperNode] = FieldNodeBench(GripperNode(wire, 7), wire, parameters)
     bench.configure()

@@ -69,7 +69,18 @@ def test_our_own_error_is_one_line(capfd: pytest.CaptureFixture[str]) -> None:
     child = Child("joint 3", body)
     assert child.join() == 1
     assert capfd.readouterr().err == "joint 3: the bus is not there\n"
-    assert describe(child) == f"joint 3 (pid {child.pid}) has ended with exit code 1"
+    ended = f"joint 3 (pid {child.pid}) has ended with exit code 1"
+    assert describe(child) == f"{ended}: the bus is not there"
+
+
+def test_an_error_may_be_left_to_the_parent_to_tell(capfd: pytest.CaptureFixture[str]) -> None:
+    def body(_: Stop) -> None:
+        raise BusError("the bus is not there")
+
+    child = Child("master", body, quiet=True)
+    assert child.join() == 1
+    assert capfd.readouterr().err == ""
+    assert child.error == "the bus is not there"
 
 
 def test_a_bug_shows_its_trace(capfd: pytest.CaptureFixture[str]) -> None:

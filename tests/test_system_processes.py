@@ -177,6 +177,36 @@ def test_up_runs_a_program_to_its_end_and_records_it(begin: Start, tmp_path: Pat
     assert_none_left(process.pid)
 
 
+def test_up_prints_what_run_prints_and_that_the_master_has_finished(begin: Start) -> None:
+    ended = end(begin("up", SHORT, "--bus", "hub:up"))
+    assert ended.code == 0, ended.err
+    assert re.search(r"master .* finished", ended.err) and " dead " not in ended.err
+    assert re.search(r"short_program\s+on\s+puma260,\s+hub:up:\s+tracking", ended.err)
+    assert re.search(r"cycles +4\d\d in ", ended.err)
+
+
+def test_up_with_json_ends_with_the_result(begin: Start) -> None:
+    ended = end(begin("up", SHORT, "--bus", "hub:up", "--json"))
+    assert ended.code == 0, ended.err
+    *health, result = map(json.loads, ended.out.splitlines())
+    assert health[-1][0]["node"] == "master" and health[-1][0]["exit_code"] == 0
+    assert result["cycles"] > 350 and result["fault"] is None and len(result["joints"]) == 6
+
+
+def test_up_tells_the_error_of_its_program_or_of_its_run(begin: Start, tmp_path: Path) -> None:
+    (tmp_path / "wrong.py").write_text("def program(arm):\n    arm.wait(1)\n")
+    ended = end(begin("up", tmp_path / "wrong.py", "--bus", "hub:up"))
+    assert ended.code == 1
+    (line,) = [text for text in ended.err.splitlines() if text.startswith("rfms: ")]
+    assert re.match(
+        r"rfms: master \(pid \d+\) has ended with exit code 1: program .*, line 2: ", line
+    )
+    assert "wait for move 1" in line and line.endswith("; the others are stopped")
+    ended = end(begin("up", SHORT, "--bus", "hub:up", "--without", "3", "--patience", "3"))
+    assert ended.code == 1
+    assert "has ended with exit code 1: not on the bus: joint 3" in ended.err
+
+
 def test_up_with_a_program_brakes_the_arm_when_it_is_stopped(begin: Start, tmp_path: Path) -> None:
     process = begin("up", TRANSFER, "--bus", "hub:up", "--record", tmp_path / "run")
     wait_until_it_moves(process, tmp_path / "run")

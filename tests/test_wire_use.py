@@ -99,7 +99,8 @@ def test_nodes_send_and_hear_only_what_the_contract_gives_them() -> None:
     for number, wire in wires.items():
         name = DBC_NAMES[number]
         assert {m for m in wire.sent if name not in senders[m]} == set()
-        assert {m for m in wire.heard if name not in receivers[m]} == set()
+        # what it sends itself it hears from a second node of its number
+        assert {m for m in wire.heard - wire.sent if name not in receivers[m]} == set()
 
 
 # --- signals ------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from rfms_can.node.protocol import Node
+from rfms_can.node.protocol import Node, hears_itself
 from rfms_can.wire.frame import Frame
 
 TX_CAPACITY: Final = 32
@@ -103,11 +103,15 @@ def receivers(
     """Receivers of a sender's frames with one identifier; cached in ``sender.routes``.
 
     A node that accepts an identifier it sends itself receives its own frame at the end of the
-    transmission, like the transmit confirmation of a real controller.
+    transmission, like the transmit confirmation of a real controller, unless it has none
+    (``hears_itself``).
     """
+    echo = hears_itself(sender.node)
     sender.routes[identifier] = routes = tuple(
         controller.route()
         for controller in controllers
-        if not controller.bus_off and identifier in controller.node.accepts
+        if not controller.bus_off
+        and identifier in controller.node.accepts
+        and (echo or controller is not sender)
     )
     return routes

@@ -47,7 +47,10 @@ def plant(*, settings: RunSettings) -> None:
 
 
 @takes_settings(
-    "arm", *OF_A_NODE, "servo_friction", "dynamics", "calibration", "patience", defaults=DEFAULT_BUS
+    "arm",
+    *OF_A_NODE,
+    *("servo_friction", "dynamics", "calibration", "patience", "following_error"),
+    defaults=DEFAULT_BUS,
 )
 def master(
     program: Annotated[

@@ -108,6 +108,13 @@ DitherOption = Annotated[
     float | None,
     typer.Option("--dither", help="dither of complying joints at rest, fraction of the friction"),
 ]
+FollowingErrorOption = Annotated[
+    float | None,
+    typer.Option(
+        "--following-error",
+        help="largest error of a joint against what was commanded, rad; by its stiffness if absent",
+    ),
+]
 
 SETTINGS: Final[dict[str, Any]] = {
     "arm": ArmOption,
@@ -128,6 +135,7 @@ SETTINGS: Final[dict[str, Any]] = {
     "law": LawOption,
     "force_loop": ForceLoopOption,
     "dither": DitherOption,
+    "following_error": FollowingErrorOption,
 }
 """The flag of each setting."""
 

@@ -16,8 +16,9 @@ from rfms_can.rig.session import Progress as OnProgress
 from rfms_can.rig.session import Session
 from rfms_can.rig.truth import SceneResult
 
-console = Console(stderr=True)
-"""Progress and tables go to standard error: standard output is for other programs."""
+console = Console(stderr=True, emoji=False)
+"""Progress and tables go to standard error: standard output is for other programs. No emoji: one is
+in ``hub:up: tracking``."""
 
 
 @contextmanager

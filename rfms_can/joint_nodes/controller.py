@@ -16,11 +16,13 @@ from rfms_can.joint_nodes.compliance import RowSets
 from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
+from rfms_can.joint_nodes.ladder import Reaction, rung
+from rfms_can.joint_nodes.runaway import RunawayWatch
 from rfms_can.joint_nodes.servo import Servo, ServoTerms
 from rfms_can.joint_nodes.state_actions import STATE_ACTIONS, StateAction, TorqueSource
 from rfms_can.joint_nodes.states import Event
 from rfms_can.joint_nodes.stop_ramp import StopRamp
-from rfms_can.node.encoder_reference import AMBIGUITY, EncoderReference
+from rfms_can.node.encoder_reference import EncoderReference
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.setpoint.frames import setpoint_of
 from rfms_can.tables import complete
@@ -31,7 +33,6 @@ from rfms_can.wire.records import (
     Dac,
     JointError,
     Measure,
-    Reference,
     Rows,
     Setpoint,
     Sync,
@@ -101,6 +102,7 @@ class JointController:
         "_range_min",
         "_rate_per_code",
         "_rows",
+        "_runaway",
         "_sink",
         "_solver",
         "_stop_distance_per_speed2",
@@ -153,6 +155,7 @@ class JointController:
         self.encoder = EncoderReference(p)
         self.homing = Homing(p, self.encoder, self.servo)
         self.trajectory = JointSetpoint(self._period)
+        self._runaway = RunawayWatch(p, rung(FaultCode.RUNAWAY, Reaction.OFF))
         self.ramp: StopRamp | None = None
         self._solver = AngleSolver(p, node.number)
         self._master = Cause(MASTER, node.wire.id(Setpoint, 1))
@@ -218,7 +221,7 @@ class JointController:
                 self._node.ladder.clear(_ERROR_MISSING)
                 self._drive(self._servo_torque(), self._bias)
         elif source is _STOP_RAMP and sampled:
-            self._drive(self._stop_torque())
+            self._follow_ramp()
         elif source is _DAMPING and sampled:
             self._drive(self.servo.damped(self.speed, self._rows.gravity))
         elif inputs.reference is not None:  # kept only while the action is to home, or to hold
@@ -296,6 +299,8 @@ class JointController:
         error, rate = theta - self.theta, trajectory.rate - self.speed
         if not self._rows.selection:  # while it complies, only the commanded motion has a rate
             rate += (displacement - self._displacement) / self._period
+            if self._runs_away(error, self.theta):
+                return
         acceleration = trajectory.acceleration
         try:
             frame = self._error.frame(error, rate, acceleration, node.cycle & 0xFF)
@@ -337,19 +342,32 @@ class JointController:
             self._bias,
         )
 
-    def _stop_torque(self) -> float:
-        """QUICKSTOP (R2): own joint along its ramp, then hold, with gravity compensation, Nm."""
+    def _follow_ramp(self) -> None:
+        """QUICKSTOP (R2): own joint along its ramp, then hold, with gravity compensation."""
         ramp, rows, servo = self.ramp, self._rows, self.servo
         assert ramp is not None, "QUICKSTOP begins with a ramp"
         ramp.step()
         ramp.watch(self.theta)
-        return servo.alone(
-            ramp.position - self.theta,
+        error = ramp.position - self.theta
+        if self._runs_away(error, self.theta):
+            return
+        torque = servo.alone(
+            error,
             ramp.speed - self.speed,
             rows.gravity,
             servo.friction.rigid(ramp.speed),
             rows.own_inertia * ramp.acceleration,
         )
+        self._drive(torque)
+
+    def _runs_away(self, error: float, angle: float) -> bool:
+        """Watch a rigid joint's error and angle, rad; whether its torque had to go off (R4)."""
+        if not self._runaway.watch(error, angle):
+            return False
+        node = self._node
+        cause = Cause(node.number, node.wire.id(Measure, node.number), self._runaway.bound)
+        node.trip(FaultCode.RUNAWAY, cause, error)
+        return True
 
     @property
     def homes(self) -> bool:
@@ -363,13 +381,17 @@ class JointController:
         assert measure is not None and reference is not None
         inputs.reference = None
         torque = homing.step(measure, reference, self.speed, self._rows.gravity)
-        if homing.found is False:
-            identifier = node.wire.id(Reference, node.number)
-            cause = self._board._replace(frame=identifier, bound=AMBIGUITY)
-            node.trip(FaultCode.HOMING_FAILED, cause, self.encoder.residual)
+        failure = homing.failure
+        if failure is not None:
+            identifier = node.wire.id(failure.record, node.number)
+            cause = self._board._replace(frame=identifier, bound=failure.bound)
+            node.trip(FaultCode.HOMING_FAILED, cause, failure.value)
+            return
+        if self._runs_away(homing.error, self.encoder.angle(measure.counts)):
             return
         if homing.found and node.state is NodeState.HOMING:
             node.change(Event.HOMED)
+            self._runaway.reset()  # angles are counted from another zero now
             self.theta = self.encoder.angle(measure.counts)
         self._drive(torque)
 
@@ -412,12 +434,14 @@ class JointController:
         self._rows.clear()
 
     def _begin_homing(self) -> None:
+        self._runaway.reset()
         self.homing.begin()
         self.servo.reset()
 
     def _begin_servo(self) -> None:
         """Hold where the joint is, without a past."""
         self.servo.reset()
+        self._runaway.reset()
         self.trajectory.reset(self.theta)
         self._inputs.start()
         self._cycles_held = 0
@@ -432,6 +456,7 @@ class JointController:
         room = max(abs(bound - position), self._count_rad)
         deceleration = max(self._acceleration_limit, speed * speed / (2.0 * room))
         self.ramp = StopRamp(position, speed, deceleration, self._period)
+        self._runaway.reset()
 
     # --- cycles that lacked something ---------------------------------------------------------
 

@@ -7,6 +7,7 @@ controller's, which exists as a whole from COMMIT on, or not at all.
 
 from collections import ChainMap, Counter
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Final, NamedTuple, Protocol
 
 from rfms_can.errors import KinematicsError
@@ -39,6 +40,9 @@ EVERYONE: Final = 0
 _STATES: Final = tuple(NodeState)
 _SYNC_MISSING: Final = FaultCode.SYNC_MISSING
 _KNOWN: Final[dict[int, Parameter]] = {int(p): p for p in PARAMETERS}
+_STOPS: Final = {FaultCode.DUPLICATE_NODE: Event.DUPLICATE}
+"""Events of faults that stop a node in any state; of the others, which a driven node alone has,
+QUICKSTOP."""
 LARGEST: Final = 1e9
 """Largest magnitude of a number in EMCY."""
 
@@ -94,8 +98,10 @@ class FieldNode(Endpoint):
         config_hash: of the configuration in force; 0 without one.
         controller: what drives the board; None without a configuration.
         ladder: counts the cycles in a row with each fault.
+        echo: whether the bus brings it what it sent itself; see ``hears_itself``.
     """
 
+    echo: Final = False
     controller: Controller | None
 
     def __init__(
@@ -135,6 +141,13 @@ class FieldNode(Endpoint):
         self._hears(Heartbeat, MASTER, self._on_master)
         self._hears(Sync, None, self._on_sync)
         self._hears(Config, number, self._on_config)
+        for record in (Heartbeat, Emcy, ConfigAck):
+            self._hears_itself(record)
+
+    def _hears_itself(self, record: type[NamedTuple]) -> None:
+        """Register a frame of the node's own: one that is heard comes from a second node."""
+        identifier = self.wire.id(record, self.number)
+        self._hears(record, self.number, partial(self._on_own_frame, identifier))
 
     # --- the node protocol --------------------------------------------------------------------
 
@@ -202,8 +215,9 @@ class FieldNode(Endpoint):
         if reaction <= Reaction.HOLD or reaction <= self.reaction:
             return
         self.reaction = reaction
-        stops = reaction is Reaction.STOP
-        self.change(Event.QUICKSTOP if stops else Event.FAULT)
+        self.change(
+            _STOPS.get(fault, Event.QUICKSTOP) if reaction is Reaction.STOP else Event.FAULT
+        )
         numbers = (max(-LARGEST, min(LARGEST, x)) for x in (value, cause.bound))
         self.send(
             self._emcy.frame(
@@ -300,6 +314,11 @@ class FieldNode(Endpoint):
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES and self.state is not NodeState.INIT:
             self.trip(FaultCode.EMERGENCY_STOP, Cause(), 0.0)
+
+    def _on_own_frame(self, identifier: int, _values: NamedTuple) -> None:
+        """A second node sends as this one does: neither may drive."""
+        if self.state is not NodeState.INIT:
+            self.trip(FaultCode.DUPLICATE_NODE, Cause(self.number, identifier), 1.0)
 
     def _on_config(self, config: Config) -> None:
         status, digest = ConfigStatus.TAKEN, 0

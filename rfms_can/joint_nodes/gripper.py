@@ -64,6 +64,8 @@ class GripperController:
         self._force_per_code = parameters[Parameter.TORQUE_PER_CODE]
         self._counts_per_metre = parameters[Parameter.COUNTS_PER_UNIT]
         self._stroke = parameters[Parameter.POSITION_MAX]
+        self._homing_time = parameters[Parameter.HOMING_TIME]
+        self._period = parameters[Parameter.PERIOD]
         sender = int(parameters[Parameter.SENSOR_SOURCE])
         self._source = Cause(sender, node.wire.id(Measure, GRIPPER))
         self.opening: float | None = None
@@ -71,11 +73,12 @@ class GripperController:
         self._command, self._fraction = inputs.command, inputs.fraction
         self._open_counts: int | None = None
         self._sample_due = False
+        self._homing_cycles = 0
 
     def enter(self, state: NodeState) -> None:
         """The node's state has changed."""
         if state is NodeState.HOMING:
-            self.resting = 0
+            self.resting = self._homing_cycles = 0
 
     def begin_cycle(self, sync: Sync) -> None:
         """SYNC: count a sample that did not come; a command acts from now on."""
@@ -107,6 +110,12 @@ class GripperController:
             node.change(Event.HOMED)
         elif node.state is NodeState.HOMING:
             force = HOMING_FRACTION * self._limit
+            self._homing_cycles += 1
+            took = self._homing_cycles * self._period
+            if took > self._homing_time:  # the jaw never comes to rest at its stop
+                cause = self._source._replace(bound=self._homing_time)
+                node.trip(FaultCode.HOMING_FAILED, cause, took)
+                return
             if self.resting >= AT_REST_CYCLES:
                 self._open_counts = counts
                 node.change(Event.HOMED)
@@ -137,6 +146,7 @@ class GripperNode(FieldNode):
         self._dac = self._sends(Dac, GRIPPER)
         self._hears(Measure, GRIPPER, self._on_measure)
         self._hears(Gripper, None, self._on_gripper)
+        self._hears_itself(Dac)
 
     @property
     def opening(self) -> float | None:

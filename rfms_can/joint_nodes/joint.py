@@ -67,6 +67,8 @@ class JointNode(FieldNode):
         for other in JOINTS:
             if other != joint:
                 self._hears(JointError, other, partial(self._on_error, other - 1))
+        for record in (Dac, JointError):
+            self._hears_itself(record)
 
     # --- what others may look at --------------------------------------------------------------
 

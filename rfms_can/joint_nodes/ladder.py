@@ -49,6 +49,9 @@ LADDERS: Final[dict[FaultCode, Steps]] = complete(
         FaultCode.HOMING_FAILED: ((1, Reaction.OFF),),
         FaultCode.DBC_MISMATCH: ((1, Reaction.OFF),),
         FaultCode.EMERGENCY_STOP: ((1, Reaction.OFF),),
+        # 20 ms at 250 Hz: a motor that drives away must not be left to the controlled stop
+        FaultCode.RUNAWAY: ((5, Reaction.OFF),),
+        FaultCode.DUPLICATE_NODE: ((1, Reaction.STOP),),
     },
     [fault for fault in FaultCode if fault is not FaultCode.NONE],
 )

@@ -115,18 +115,18 @@ class ServoState:
         intended_speed: speed, rad/s, at which the servo would take the joint to where its error is.
             While the arm complies COMPLY takes up what is ignored of an error, so the own one is
             the real one; its torque is not, which accelerates the other joints as well.
-        saturated: whether the last torque was clamped to the limit.
+        at_limit: whether the last torque was clamped to the limit.
         specification: of the rows used last; None before the first.
         transfer: what remains of a bumpless transfer, Nm.
         last_torque: without friction and bias, Nm: where the next transfer begins.
     """
 
     __slots__ = (
+        "at_limit",
         "complies",
         "integral",
         "intended_speed",
         "last_torque",
-        "saturated",
         "specification",
         "sums",
         "transfer",
@@ -139,7 +139,7 @@ class ServoState:
         """As before the first torque."""
         self.sums = [0.0] * 6
         self.integral = self.intended_speed = self.transfer = self.last_torque = 0.0
-        self.complies = self.saturated = False
+        self.complies = self.at_limit = False
         self.specification: int | None = None
 
 
@@ -411,9 +411,9 @@ class Servo:
     def _clamp(self, torque: float) -> float:
         limit = self.config.torque_limit
         if -limit <= torque <= limit:
-            self.state.saturated = False
+            self.state.at_limit = False
             return torque
-        self.state.saturated = True
+        self.state.at_limit = True
         return limit if torque > 0.0 else -limit
 
     def deliverable_bias(self, bias: float) -> float:

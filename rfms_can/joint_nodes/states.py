@@ -23,6 +23,8 @@ class Event(Enum):
     QUICKSTOP = auto()
     FAULT = auto()
     RESET = auto()
+    DUPLICATE = auto()
+    """Another node sends under its identifiers."""
 
 
 COMMAND_EVENTS: Final = {
@@ -42,6 +44,7 @@ TRANSITIONS: Final[dict[NodeState, dict[Event, NodeState]]] = {
         Event.STOP: NodeState.PREOP,
         Event.RESET: NodeState.PREOP,
         Event.FAULT: NodeState.FAULT,
+        Event.DUPLICATE: NodeState.PREOP,
     },
     NodeState.HOMING: {
         Event.HOMED: NodeState.READY,
@@ -49,6 +52,7 @@ TRANSITIONS: Final[dict[NodeState, dict[Event, NodeState]]] = {
         Event.QUICKSTOP: NodeState.PREOP,
         Event.RESET: NodeState.PREOP,
         Event.FAULT: NodeState.FAULT,
+        Event.DUPLICATE: NodeState.PREOP,
     },
     NodeState.READY: {
         Event.HOME: NodeState.HOMING,
@@ -57,21 +61,25 @@ TRANSITIONS: Final[dict[NodeState, dict[Event, NodeState]]] = {
         Event.QUICKSTOP: NodeState.READY,
         Event.RESET: NodeState.PREOP,
         Event.FAULT: NodeState.FAULT,
+        Event.DUPLICATE: NodeState.PREOP,
     },
     NodeState.OPERATIONAL: {
         Event.STOP: NodeState.READY,
         Event.QUICKSTOP: NodeState.QUICKSTOP,
         Event.FAULT: NodeState.FAULT,
+        Event.DUPLICATE: NodeState.QUICKSTOP,
     },
     NodeState.QUICKSTOP: {
         Event.QUICKSTOP: NodeState.QUICKSTOP,
         Event.RESET: NodeState.PREOP,
         Event.FAULT: NodeState.FAULT,
+        Event.DUPLICATE: NodeState.QUICKSTOP,
     },
     NodeState.FAULT: {
         Event.QUICKSTOP: NodeState.FAULT,
         Event.FAULT: NodeState.FAULT,
         Event.RESET: NodeState.PREOP,
+        Event.DUPLICATE: NodeState.FAULT,
     },
 }
 

@@ -4,7 +4,7 @@ A cycle is over when everything has been heard, the master's own ROWS included (
 they have gone out, so that SYNC never names a set that is still in a queue).
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 from rfms_can.master.phases import CYCLING, Phase
 from rfms_can.tables import complete
@@ -48,6 +48,18 @@ EXPECTED: Final[dict[Phase, int]] = complete(
 """Frames of a cycle in each phase; heartbeats come on top when they are due."""
 
 
+class Lost(NamedTuple):
+    """Who has been silent for too long.
+
+    Attributes:
+        node: its number.
+        words: the same in words, with what did not come.
+    """
+
+    node: int
+    words: str
+
+
 class Answers:
     """Frames the cycle under way still waits for.
 
@@ -70,7 +82,7 @@ class Answers:
         beats = 0 if cycle % HEARTBEAT_EVERY else _BEATS
         self.missing = EXPECTED[phase] | beats | self._sensor
 
-    def unanswered(self, cycle: int) -> str | None:
+    def unanswered(self, cycle: int) -> Lost | None:
         """The cycle ended incomplete: who has been silent for too long, or None."""
         lost = None
         for position in range(self.missing.bit_length()):
@@ -84,7 +96,8 @@ class Answers:
             if count >= SILENCE_BOUND and lost is None:
                 kind, node = divmod(position, _NODES)
                 sender = _SENDERS.get(_KINDS[kind], node)
-                lost = f"{NODE_NAMES[sender]}: no {_KINDS[kind]}_{node} for {count * every} cycles"
+                words = f"{NODE_NAMES[sender]}: no {_KINDS[kind]}_{node} for {count * every} cycles"
+                lost = Lost(sender, words)
         return lost
 
     def describe(self) -> str:

@@ -62,7 +62,12 @@ class ArmState:
     @property
     def referenced(self) -> bool:
         """Whether all six encoders know where they are."""
-        return all(encoder.zero_counts is not None for encoder in self._encoders)
+        return all(self.zeros_known)
+
+    @property
+    def zeros_known(self) -> list[bool]:
+        """Which encoders know where they are (6)."""
+        return [encoder.zero_counts is not None for encoder in self._encoders]
 
     @property
     def zero_counts(self) -> list[int]:

@@ -16,9 +16,11 @@ from rfms_can.master.phases import BUS_STATES, CYCLING, Phase, PhaseEvent, Phase
 from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.start_up.bring_up import BringUp
+from rfms_can.master.start_up.suspects import Suspects
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
+from rfms_can.master.verification import Verification
 from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY
@@ -61,6 +63,8 @@ class Parts(NamedTuple):
         force_control: compliance, bias force and guarded moves.
         statistics: numbers of the run.
         stillness: for how long arm and jaw have stood still.
+        verification: whether the joints are where they were commanded to be.
+        suspects: what a silent node has sent instead.
     """
 
     machine: PhaseMachine
@@ -74,6 +78,8 @@ class Parts(NamedTuple):
     force_control: ForceControl
     statistics: RunStatistics
     stillness: Stillness
+    verification: Verification
+    suspects: Suspects
 
 
 class ControlCycle:
@@ -112,10 +118,13 @@ class ControlCycle:
         self._force = parts.force_control
         self._statistics = parts.statistics
         self._stillness = parts.stillness
+        self._verification = parts.verification
+        self._suspects = parts.suspects
         self._beat = beat
         self._restart_counters = restart_counters
         self._next: Outgoing | None = None  # made when a cycle is closed
         self._now_ns = 0  # when the last cycle was closed
+        self._homing = 0  # cycles since HOME
         self._ending = 0  # cycles since the arm was disabled
 
     def begin(self, began_ns: int, now_ns: int, out: list[Frame]) -> None:
@@ -169,7 +178,7 @@ class ControlCycle:
             reached = force.close(motion.force_request, q, errors, model, in_force)
             if reached:
                 motion.end_guarded(reached)
-            violation = force.comply.limit_violation()
+            violation = self._verify() or force.comply.limit_violation()
             if violation:
                 self.halt(violation, out)
             else:
@@ -187,7 +196,8 @@ class ControlCycle:
         if phase is Phase.END:
             self._ending += SILENCE_COUNTS
         elif lost and phase is not Phase.RESET:  # who is missing is seen when all are called
-            self.halt(lost, out)
+            besides = self._suspects.of(lost.node, enabled=phase is Phase.RUN)
+            self.halt(f"{lost.words}{besides}", out)
         self.close(now_ns, out)
 
     def halt(self, reason: str, out: list[Frame], *, emergency: bool = False) -> None:
@@ -206,6 +216,13 @@ class ControlCycle:
         rests = self._stillness.arm and self.halted >= STILL_CYCLES
         return self._timer.stopped or rests or self.halted >= SETTLING_CYCLES
 
+    def begin_homing(self, now_ns: int, out: list[Frame]) -> None:
+        """All nodes are configured: those without a reference look for it, the others are homed."""
+        self._machine.change(PhaseEvent.ALL_CONFIGURED)
+        self._homing = 0
+        out.append(self._broadcast.command(Command.HOME))
+        self.begin(now_ns, now_ns, out)
+
     def call_nodes(self, at_ns: int) -> None:
         """The way out of a fault: all nodes are reset, and called as at the start."""
         self._machine.change(PhaseEvent.RESTED)
@@ -219,6 +236,24 @@ class ControlCycle:
 
     # --- steps of a cycle ---------------------------------------------------------------------
 
+    def _verify(self) -> str | None:
+        """Whether the joints are where this cycle's set-point has them; which is not, and why."""
+        outgoing = self._next
+        if outgoing is None:
+            return None
+        inputs, motion, law = self._inputs, self._motion, self._rows.in_force.law
+        verification = self._verification
+        if not motion.moves:
+            verification.rested()
+        return verification.check(
+            motion.commanded.theta,
+            outgoing.displacement,
+            inputs.arm_state.q,
+            inputs.errors,
+            inputs.sampled & inputs.told,
+            None if law is None else law.errors,
+        )
+
     def _make_setpoint(self) -> None:
         """The set-point of the next cycle, and what goes with it."""
         motion, force = self._motion, self._force
@@ -231,11 +266,14 @@ class ControlCycle:
 
     def _end_homing(self, out: list[Frame]) -> None:
         """HOME ends when master and nodes know where all joints are; all have told a hash then."""
+        self._homing += 1
         if self._inputs.arm_state.referenced and self._bring_up.roster.all_in(NodeState.READY):
             self._machine.change(PhaseEvent.ALL_HOMED)
             wrong = self._bring_up.hold_to_configuration()
             if wrong is not None:
                 self.halt(wrong, out)
+        elif self._homing > self._bring_up.homing_cycles:
+            self.halt(self._bring_up.whom_homing_waits_for(self._inputs.arm_state), out)
         else:
             self._stop_on_request(out)
 
@@ -271,6 +309,7 @@ class ControlCycle:
         state = self._inputs.arm_state
         self._motion.enable(state.q)
         self._force.reset()
+        self._verification.reset()
         if GRIPPER in self._bring_up.unreferenced:
             state.open_counts = state.jaw_counts  # homing has left it there
             self._requests.release_jaw()

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from rfms_can.master.answers import MEASURES, REFERENCES, Answers, bit
+from rfms_can.master.answers import MEASURES, REFERENCES, Answers, Lost, bit
 from rfms_can.master.arm_state import ArmState
 from rfms_can.master.phases import Phase
 from rfms_can.wire.nodes import GRIPPER, JOINTS, PLANT
@@ -32,6 +32,7 @@ class CycleInputs:
         arm_state: the same.
         errors: joint errors, rad (6).
         torques: what the nodes have set the motors to, Nm (6).
+        sampled, told: bits of the joints whose MEASURE, ERROR is of the cycle; bit 0 is joint 1.
     """
 
     __slots__ = (
@@ -45,6 +46,8 @@ class CycleInputs:
         "_torque_scales",
         "arm_state",
         "errors",
+        "sampled",
+        "told",
         "torques",
     )
 
@@ -61,6 +64,7 @@ class CycleInputs:
         self.arm_state = arm_state
         self.errors = [0.0] * len(JOINTS)
         self.torques = [0.0] * len(JOINTS)
+        self.sampled = self.told = 0
         self._torque_scales = torque_scales
         self._reading: tuple[float, ...] | None = None
         self._answers = Answers(sensor=sensor)
@@ -72,6 +76,7 @@ class CycleInputs:
 
     def begin(self, phase: Phase, cycle: int) -> None:
         """A cycle begins: everything that its phase expects is missing."""
+        self.sampled = self.told = 0
         self._cycle = cycle & 0xFF  # as MEASURE, ERROR and DAC carry it
         self._samples = MEASURES | REFERENCES if phase is Phase.HOME else MEASURES
         self._answers.begin(phase, cycle)
@@ -81,11 +86,11 @@ class CycleInputs:
         """Whether all have answered."""
         return not self._answers.missing
 
-    def give_up(self, cycle: int) -> tuple[str, str | None]:
+    def give_up(self, cycle: int) -> tuple[str, Lost | None]:
         """The time of a cycle is over: do not wait for what is missing.
 
         Returns:
-            Names of what is missing; which node has been silent for too long, in words, or None.
+            Names of what is missing; which node has been silent for too long, or None.
         """
         answers = self._answers
         names, lost = answers.describe(), answers.unanswered(cycle)
@@ -117,6 +122,7 @@ class CycleInputs:
         """MEASURE of joint 1 to 6; ``answer`` is its bit."""
         if measure.cycle == self._cycle:
             self.arm_state.measure(joint, measure)
+            self.sampled |= 1 << joint - 1
             self._sampled(answer)
         else:
             self._ignored["stale MEASURE"] += 1
@@ -141,6 +147,7 @@ class CycleInputs:
         """ERROR of joint 1 to 6."""
         if error.cycle == self._cycle:
             self.errors[joint - 1] = error.error
+            self.told |= 1 << joint - 1
             self.answered(answer)
         else:
             self._ignored["stale ERROR"] += 1

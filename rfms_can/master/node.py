@@ -10,7 +10,8 @@ from functools import partial
 from typing import Any
 
 from rfms_can.arm import Arm
-from rfms_can.dynamics.model import make_dynamics
+from rfms_can.compliance import LAWS
+from rfms_can.dynamics.model import NONE, make_dynamics
 from rfms_can.errors import FaultError, ProgramError
 from rfms_can.master.answers import bit
 from rfms_can.master.arm_state import ArmState
@@ -26,9 +27,11 @@ from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.settings import MasterSettings
 from rfms_can.master.start_up.bring_up import BringUp
 from rfms_can.master.start_up.node_parameters import Parameters, parameters_for
+from rfms_can.master.start_up.suspects import Suspects
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
 from rfms_can.master.timer import CycleTimer
+from rfms_can.master.verification import Verification
 from rfms_can.messages import Answer, Message, ResetRequest
 from rfms_can.node.endpoint import Endpoint
 from rfms_can.node.protocol import NOTHING
@@ -48,7 +51,7 @@ from rfms_can.wire.records import (
     Reference,
     Rows,
 )
-from rfms_can.wire.vocabulary import Command, NodeState, Parameter
+from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 _OWN_HEARTBEAT = bit("HEARTBEAT", MASTER)
 
@@ -71,10 +74,12 @@ class MasterNode(Endpoint):
         broadcast: packs SYNC, set-points and commands.
         rows: the sets of rows.
         bring_up: who is on the bus, and what it holds.
+        suspects: what a silent node has sent instead.
         force_control: compliance, bias force and guarded moves.
         motion: programs' moves and the trajectory generator.
         statistics: numbers of the run.
         stillness: for how long arm and jaw have stood still.
+        verification: whether the joints are where they were commanded to be.
         requests: of programs.
         cycle: begins and closes control cycles.
         heard_back: own frames heard when they had gone out.
@@ -106,6 +111,7 @@ class MasterNode(Endpoint):
         self.broadcast = Broadcast(self._sends, wire.dbc_hash)
         self.rows = RowSets(math, self._sends, arm.park)
         self.bring_up = BringUp(wire, parameters, settings.patience_s, self.broadcast.nmt)
+        self.suspects = Suspects(self.bring_up.roster, self.bad_frames)
         force_settings = ForceSettings(settings.law, settings.closed, settings.friction, gains)
         self.force_control = ForceControl(arm, force_settings, period_s)
         self.motion = Motion(
@@ -113,6 +119,12 @@ class MasterNode(Endpoint):
         )
         self.statistics = RunStatistics(period_s)
         self.stillness = Stillness(arm)
+        self.verification = Verification(
+            parameters,
+            modelled=settings.dynamics != NONE,
+            parts_directions=LAWS[settings.law].parts_directions,
+            largest=settings.following_error,
+        )
         self.requests = ProgramRequests(
             self.machine,
             self.motion,
@@ -133,6 +145,8 @@ class MasterNode(Endpoint):
             force_control=self.force_control,
             statistics=self.statistics,
             stillness=self.stillness,
+            verification=self.verification,
+            suspects=self.suspects,
         )
         self.cycle = ControlCycle(parts, self._beat, self._restart_counters)
 
@@ -296,7 +310,7 @@ class MasterNode(Endpoint):
             self._beat(BUS_STATES[Phase.ROLL_CALL])
         self._out.extend(frames)
         if self.bring_up.problem:
-            self._halt(self.bring_up.problem)
+            self._halt(f"{self.bring_up.problem}{self.suspects.all_bad()}")
 
     # --- frames of a cycle; most go to the inputs ---------------------------------------------
 
@@ -349,14 +363,15 @@ class MasterNode(Endpoint):
             self._begin_homing()
 
     def _begin_homing(self) -> None:
-        """All are configured: those without a reference look for it, the others are homed."""
-        self.machine.change(PhaseEvent.ALL_CONFIGURED)
-        self._out.append(self.broadcast.command(Command.HOME))
-        self.cycle.begin(self._now_ns, self._now_ns, self._out)
+        self.cycle.begin_homing(self._now_ns, self._out)
 
     def _on_emergency(self, node: int, emergency: Emcy) -> None:
-        """A fault halts the arm; what an earlier run or fault left behind ends with the reset."""
-        if self.machine.phase in (Phase.RESET, Phase.ROLL_CALL):
+        """A fault halts the arm; what an earlier run or fault left behind ends with the reset.
+
+        A second node of its number is there now, whenever a node tells of it.
+        """
+        before = self.machine.phase in (Phase.RESET, Phase.ROLL_CALL)
+        if before and emergency.fault != FaultCode.DUPLICATE_NODE:
             return
         self._halt(f"{NODE_NAMES[node]}: {emergency_in_words(self.wire, node, emergency)}")
 

@@ -70,6 +70,8 @@ class MasterSettings:
         sensor: whether the plant has a wrist sensor.
         closed: whether the force loop is closed over it.
         dither: fraction of the friction, 0 to 1, that complying joints dither with at rest.
+        following_error: largest error of a joint against what was commanded, rad; 0: by each
+            joint's stiffness (``master/verification.py``).
     """
 
     rate_hz: float = 250.0
@@ -85,6 +87,7 @@ class MasterSettings:
     sensor: bool = False
     closed: bool = False
     dither: float = 0.0
+    following_error: float = 0.0
 
     @property
     def clock_definition(self) -> ClockDefinition:

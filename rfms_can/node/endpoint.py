@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import DBC_NAMES, NODE_NAMES
+from rfms_can.wire.nodes import DBC_NAMES, NODE_NAMES, PLANT
 from rfms_can.wire.protection import HeartbeatReceiver, Receiver, Refusal, Sender
 from rfms_can.wire.records import Heartbeat
 
@@ -67,6 +67,19 @@ class Endpoint(ABC):
     def discarded(self) -> int:
         """Frames refused since start."""
         return sum(self.refused.values())
+
+    def bad_frames(self, node: int) -> Counter[Refusal]:
+        """Frames refused since start that came under the identifiers of a node, by reason.
+
+        Samples may be sent by several nodes: they count as those of the plant.
+        """
+        name = DBC_NAMES[node]
+        bad: Counter[Refusal] = Counter()
+        for receiver in self._receivers:
+            senders = receiver.decoder.codec.senders
+            if receiver.bad and name in senders and (len(senders) == 1 or node == PLANT):
+                bad.update(receiver.bad)
+        return bad
 
     @property
     def lost(self) -> int:

@@ -33,3 +33,12 @@ class Node(Protocol):
 
     def next_deadline_ns(self) -> int | None:
         """When ``on_time`` is to be called next (monotonic, ns); None if never."""
+
+
+def hears_itself(node: Node) -> bool:
+    """Whether a node is told of its own frames when they have gone out, where it accepts them.
+
+    That is the transmit confirmation of a controller. Joints and gripper set ``echo`` to False:
+    what they hear under an identifier of theirs comes from another node.
+    """
+    return bool(getattr(node, "echo", True))

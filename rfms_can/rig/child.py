@@ -9,6 +9,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterable
+from tempfile import TemporaryFile
 from types import FrameType
 from typing import Final, NoReturn
 
@@ -31,6 +32,7 @@ class Child:
     Args:
         name: used in messages.
         body: called in the child with a function that says when to stop.
+        quiet: its error is left to the parent to tell (``describe``).
 
     Attributes:
         name: as given.
@@ -38,9 +40,10 @@ class Child:
         exit_code: None while it runs.
     """
 
-    def __init__(self, name: str, body: Callable[[Stop], None]) -> None:
+    def __init__(self, name: str, body: Callable[[Stop], None], *, quiet: bool = False) -> None:
         self.name = name
         self.exit_code: int | None = None
+        self._error = TemporaryFile()  # noqa: SIM115  # shared with the child, closed with us
         parent = os.getpid()
         sys.stdout.flush()
         sys.stderr.flush()
@@ -48,7 +51,7 @@ class Child:
         before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTERM, signal.SIGINT))
         self.pid = os.fork()
         if self.pid == 0:
-            _run(name, body, parent, before)
+            _run(name, body, parent, before, self._error.fileno(), quiet)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     @property
@@ -59,6 +62,12 @@ class Child:
             if pid:
                 self.exit_code = os.waitstatus_to_exitcode(status)
         return self.exit_code is None
+
+    @property
+    def error(self) -> str:
+        """What ended it, in one line, once it has ended; empty if it ended well or was killed."""
+        self._error.seek(0)
+        return self._error.read().decode()
 
     def signal(self) -> None:
         """Tell it to stop, also if it has been suspended."""
@@ -79,12 +88,18 @@ class Child:
 
 
 def describe(child: Child) -> str:
-    """How a child has ended, for messages."""
-    return f"{child.name} (pid {child.pid}) has ended with exit code {child.exit_code}"
+    """How a child has ended, and by which error of its own, for messages."""
+    why = f": {child.error}" if child.error else ""
+    return f"{child.name} (pid {child.pid}) has ended with exit code {child.exit_code}{why}"
 
 
 def _run(
-    name: str, body: Callable[[Stop], None], parent: int, unblocked: Iterable[int]
+    name: str,
+    body: Callable[[Stop], None],
+    parent: int,
+    unblocked: Iterable[int],
+    told: int,
+    quiet: bool,
 ) -> NoReturn:
     """In the child: run, report an error in one line, exit without the parent's clean-up."""
     stopping = False
@@ -102,8 +117,11 @@ def _run(
         body(lambda: stopping)
         code = 0
     except RfmsError as error:
-        print(f"{name}: {error}", file=sys.stderr)
-    except BaseException:
+        os.write(told, str(error).encode())
+        if not quiet:
+            print(f"{name}: {error}", file=sys.stderr)
+    except BaseException as bug:
+        os.write(told, f"a bug: {type(bug).__name__}".encode())
         print(f"{name}: a bug ended it", file=sys.stderr)
         traceback.print_exc()
     finally:

@@ -1,8 +1,10 @@
 """All processes of a bus: started, monitored and ended together."""
 
 import contextlib
+import os
 import time
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Final
 
 import msgspec
@@ -14,6 +16,7 @@ from rfms_can.rig.processes import OTHERS, check_bus, start_hub, start_node
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import LOG, Record
 from rfms_can.rig.recorder import start_recorder
+from rfms_can.rig.result import RunResult
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Program
 from rfms_can.rig.settings import RunSettings
@@ -34,6 +37,7 @@ class Health(msgspec.Struct):
         node: its name.
         pid: its process; 0 if it was not started here.
         alive: whether the process runs.
+        exit_code: of a process that has ended; None while it runs.
         state: by its last heartbeat; empty before the first.
         error_register, discarded: by its last heartbeat.
         silent_s: time since its last heartbeat, s; None before the first.
@@ -43,6 +47,7 @@ class Health(msgspec.Struct):
     node: str
     pid: int = 0
     alive: bool = True
+    exit_code: int | None = None
     state: str = ""
     error_register: int = 0
     discarded: int = 0
@@ -77,6 +82,7 @@ class Fleet:
         self._helpers: list[Child] = []
         self._heard: dict[int, float] = {}
         self._record = record
+        self._result = TemporaryFile()  # noqa: SIM115  # shared with the master's process
         loaded = None if program is None else load_program(program)
         try:
             hub = start_hub(settings)
@@ -106,10 +112,11 @@ class Fleet:
                 return
             with contextlib.suppress(KeyboardInterrupt):  # stopped by a signal: the arm is braked
                 outcome = execute(program, settings, record=record, attach=True, interrupted=stop)
+                os.write(self._result.fileno(), msgspec.json.encode(outcome.result))
                 if outcome.fault is not None:
                     raise outcome.fault
 
-        return Child("master", body)
+        return Child("master", body, quiet=True)
 
     def _listen(self) -> None:
         wire = self._wire
@@ -144,10 +151,18 @@ class Fleet:
             health.silent_s = now - self._heard[node] if node in self._heard else None
             if node in self.children:
                 health.alive = self.children[node].alive
+                health.exit_code = self.children[node].exit_code
 
     def dead(self) -> list[Child]:
         """Processes that have ended, the hub included."""
         return [c for c in (*self._helpers, *self.children.values()) if not c.alive]
+
+    @property
+    def result(self) -> RunResult | None:
+        """The numbers of the program's run, once it is over; None where it was not finished."""
+        self._result.seek(0)
+        told = self._result.read()
+        return msgspec.json.decode(told, type=RunResult) if told else None
 
     def close(self) -> None:
         """End everything: the master first, so that it can brake the arm; then nodes, then bus."""

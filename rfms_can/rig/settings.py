@@ -24,6 +24,8 @@ from rfms_can.wire.vocabulary import Blend
 
 Kind = TypeVar("Kind", bound=IntEnum)
 
+LARGEST_ERROR_RAD: Final = 2.0
+"""Bound of ``following_error``: ERROR tells no more."""
 LONGEST_S: Final = 3600.0
 """Longest barrier and patience, s."""
 OPEN: Final = "open"
@@ -63,6 +65,8 @@ class RunSettings:
         law: how the arm complies: a word of ``compliance.ControlLaw``.
         force_loop: ``open``, ``closed`` over the sensor, or empty: closed if there is one.
         dither: fraction of the friction that complying joints dither with at rest, 0 to 1.
+        following_error: largest error of a joint against what was commanded, rad; 0: by its
+            stiffness (``master/verification.py``).
     """
 
     arm: str = "puma260"
@@ -85,6 +89,7 @@ class RunSettings:
     law: str = ControlLaw.WEIGHTED.value
     force_loop: str = ""
     dither: float = 0.0
+    following_error: float = 0.0
 
     def __post_init__(self) -> None:
         arm = arm_by_name(self.arm)
@@ -114,6 +119,11 @@ class RunSettings:
                 raise SettingsError(
                     f"{name} {getattr(self, name):g} s is not in 0..{LONGEST_S:g} s, 0 excluded"
                 )
+        if not 0.0 <= self.following_error <= LARGEST_ERROR_RAD:
+            raise SettingsError(
+                f"following error {self.following_error:g} rad is not in 0..{LARGEST_ERROR_RAD:g} "
+                f"rad; 0 is the bound by each joint's stiffness"
+            )
         BusTiming(self.bit_rate, self.data_bit_rate)
 
     def _check_force(self) -> None:
@@ -186,6 +196,7 @@ class RunSettings:
             sensor=self.sensor != NO_SENSOR,
             closed=self.sensor != NO_SENSOR and self.force_loop != OPEN,
             dither=self.dither,
+            following_error=self.following_error,
         )
 
     def as_dict(self) -> dict[str, Any]:

@@ -141,14 +141,11 @@ GRIPPER_PARAMETERS: Final = frozenset(p for p, known in PARAMETERS.items() if kn
 
 LATER: Final = frozenset(
     (
-        Parameter.FOLLOWING_ERROR_LIMIT,
         Parameter.OVERSPEED_LIMIT,
         Parameter.TACHOMETER_LIMIT,
         Parameter.CONTINUOUS_TORQUE,
         Parameter.OVERLOAD_TIME,
         Parameter.STALL_TIME,
-        Parameter.STUCK_TIME,
-        Parameter.HOMING_TIME,
     )
 )
 """Those that travel and are checked for their range, but that no node acts on yet."""

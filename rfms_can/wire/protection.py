@@ -131,6 +131,7 @@ class Receiver(Generic[Record]):
         lost: frames missed, by gaps of the counter.
         leaps: times a counter out of step was taken up (``COUNTER_RESTART``).
         refused: refusals by reason, shared with the node's other receivers if one is given.
+        bad: refusals of its own by reason.
     """
 
     __slots__ = (
@@ -140,6 +141,7 @@ class Receiver(Generic[Record]):
         "_needed",
         "_stray",
         "_stray_base",
+        "bad",
         "decoder",
         "leaps",
         "lost",
@@ -151,6 +153,7 @@ class Receiver(Generic[Record]):
         self._counted = decoder.codec.data_id is not None
         self.lost = self.leaps = 0
         self.refused: Counter[Refusal] = Counter() if refused is None else refused
+        self.bad: Counter[Refusal] = Counter()
         self.reset()
 
     def reset(self) -> None:
@@ -166,7 +169,7 @@ class Receiver(Generic[Record]):
         # ``decode`` inlined for the cached result: several nodes receive each frame
         values = decoder.result if frame is decoder.frame else decoder.decode(frame)
         if values.__class__ is Refusal:
-            self.refused[values] += 1
+            self._refuse(values)
             return None
         if self._counted:
             counter = frame.data[_COUNTER]
@@ -188,10 +191,14 @@ class Receiver(Generic[Record]):
         if 0 < step <= COUNTER_WINDOW:
             self.lost += step - 1
         elif not (provisional and step) and not self._ends_a_row(counter, last):
-            self.refused[Refusal.ORDER if step else Refusal.DUPLICATE] += 1
+            self._refuse(Refusal.ORDER if step else Refusal.DUPLICATE)
             return False
         self._expected = follower
         return True
+
+    def _refuse(self, reason: Any) -> None:
+        self.refused[reason] += 1
+        self.bad[reason] += 1
 
     def _ends_a_row(self, counter: int, last: int) -> bool:
         """Whether enough frames in a row were out of step, and in step among themselves."""

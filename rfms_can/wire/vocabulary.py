@@ -55,6 +55,8 @@ class FaultCode(IntEnum):
     HOMING_FAILED = 10
     DBC_MISMATCH = 11
     EMERGENCY_STOP = 12
+    RUNAWAY = 13
+    DUPLICATE_NODE = 14
 
 
 class TrajectoryState(IntEnum):

@@ -6,6 +6,7 @@
 ``bus_nodes``          the smallest nodes there are, for tests of buses: talk, answer, listen
 ``fleet``              all nine nodes, pumped with plain calls: frames lost, repeated, delayed
 ``system``             programs on the simulated bus: results, rests, what happened in each cycle
+``bad_nodes``          joints that are tampered with, in place of joint 3 of a simulated run
 ``server``             a server's core without sockets, and a real one in a thread with clients
 ``link``               a program's end of the link without sockets: to such a core, or to nothing
 ``command_line``       ``rfms`` as a user types it

@@ -26,7 +26,7 @@ from rfms_can.messages import (
     PositionMessage,
     TransformMessage,
 )
-from rfms_can.node.protocol import Node
+from rfms_can.node.protocol import Node, hears_itself
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.plant.wrist_sensor import sensor_from
@@ -75,11 +75,13 @@ class Pump:
         """From now on every frame arrives once and at once."""
         self._fates.clear()
 
-    def post(self, frames: Iterable[Frame]) -> None:
-        """Deliver frames as if another node had sent them."""
+    def post(self, frames: Iterable[Frame], sender: Node | None = None) -> None:
+        """Deliver frames as if another node had sent them; ``sender`` does not hear its own."""
         for frame in frames:
             self.sent.append(frame)
             for node in self.nodes:
+                if node is sender and not hears_itself(node):
+                    continue
                 if frame.id not in self._accepted_by(node):
                     continue
                 copies, delay_ns = next(
@@ -108,7 +110,7 @@ class Pump:
         """Deliver one frame, or, when all are silent, do what is due next."""
         if self._queue:
             node, frame = self._queue.popleft()
-            self.post(node.on_frame(frame, self.now_ns))
+            self.post(node.on_frame(frame, self.now_ns), node)
             return
         times = [due_ns for due_ns, _, _ in self._later]
         times += [d for node in self.nodes if (d := node.next_deadline_ns()) is not None]
@@ -122,7 +124,7 @@ class Pump:
         for node in self.nodes:
             deadline_ns = node.next_deadline_ns()
             if deadline_ns is not None and deadline_ns <= self.now_ns:
-                self.post(node.on_time(self.now_ns))
+                self.post(node.on_time(self.now_ns), node)
                 return
 
 

@@ -1,14 +1,16 @@
 """From power-up to configured nodes: roll call by heartbeats, then one dialogue with each node."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
+from rfms_can.master.arm_state import ArmState
 from rfms_can.master.start_up.configurator import Configurator
 from rfms_can.master.start_up.roster import Roster
 from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import JOINTS, NODE_NAMES, PLANT
+from rfms_can.wire.nodes import HEARTBEAT_EVERY, JOINTS, NODE_NAMES, PLANT
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Config, ConfigAck
 from rfms_can.wire.vocabulary import Command, NodeState, Parameter
@@ -19,6 +21,9 @@ RESET_PATIENCE_NS: Final = 5_000_000_000
 """Time for a node to answer after a fault, ns: a person waits for it."""
 INTRODUCTION_NS: Final = 10_000_000
 """Time for a HEARTBEAT to go out on a bus that others fill, ns."""
+
+HOMING_PATIENCE: Final = 1.5
+"""Time for homing over the longest HOMING_TIME of a node, which gives up by itself before."""
 
 
 class BringUp:
@@ -35,6 +40,7 @@ class BringUp:
         senders: of CONFIG frames.
         problem: why the bus cannot be brought up, or None.
         unreferenced: nodes that were configured in this bring-up, and do not know where they are.
+        homing_cycles: cycles in which all must be homed.
     """
 
     def __init__(
@@ -45,6 +51,7 @@ class BringUp:
         nmt: Sender[Any],
     ) -> None:
         joint = parameters[JOINTS[0]]
+        self.homing_cycles: Final = _homing_cycles(parameters)
         plant = plant_hash(joint[Parameter.ARM_ID], joint[Parameter.PERIOD])
         self.roster = Roster(wire.dbc_hash, plant)
         self.problem: str | None = None
@@ -156,7 +163,24 @@ class BringUp:
         reasons = (self.roster.misconfigured(node) for node in self._dialogues)
         return next((reason for reason in reasons if reason is not None), None)
 
+    def whom_homing_waits_for(self, arm_state: ArmState) -> str:
+        """Why homing has not ended in its time."""
+        late = self.roster.not_in(NodeState.READY)
+        if not late:
+            unknown = zip(JOINTS, arm_state.zeros_known, strict=True)
+            late = [f"joint {n} (no index in REFERENCE_{n})" for n, known in unknown if not known]
+        return (
+            f"not READY after {self.homing_cycles} cycles of homing: {', '.join(late)}; each node "
+            f"must home, or tell HOMING_FAILED, within its HOMING_TIME"
+        )
+
     @property
     def configured(self) -> bool:
         """Whether every node has confirmed its configuration."""
         return all(dialogue.done for dialogue in self._dialogues.values())
+
+
+def _homing_cycles(parameters: Mapping[int, Mapping[Parameter, float]]) -> int:
+    """Cycles in which all nodes must be homed; a HEARTBEAT tells it only every so often."""
+    longest = max(p[Parameter.HOMING_TIME] / p[Parameter.PERIOD] for p in parameters.values())
+    return math.ceil(HOMING_PATIENCE * longest) + 2 * HEARTBEAT_EVERY
