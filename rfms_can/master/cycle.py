@@ -243,7 +243,7 @@ class ControlCycle:
             return None
         inputs, motion, law = self._inputs, self._motion, self._rows.in_force.law
         verification = self._verification
-        if not motion.moves:
+        if not motion.following.moves:
             verification.rested()
         return verification.check(
             motion.commanded.theta,

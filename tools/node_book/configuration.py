@@ -54,14 +54,14 @@ MEANINGS: Final[dict[Parameter, str]] = complete(
         P.BARRIER: "longest cycle in lockstep",
         P.SENSOR_SOURCE: "node number of who sends MEASURE and REFERENCE",
         P.KINEMATICS: "0: the master solves; 1: closed form of a spherical wrist",
-        P.FOLLOWING_ERROR_LIMIT: "not used yet",
+        P.FOLLOWING_ERROR_LIMIT: "half of it is an error that a runaway has, at most",
         P.OVERSPEED_LIMIT: "not used yet",
         P.TACHOMETER_LIMIT: "not used yet",
         P.CONTINUOUS_TORQUE: "not used yet",
         P.OVERLOAD_TIME: "not used yet",
         P.STALL_TIME: "not used yet",
-        P.STUCK_TIME: "not used yet",
-        P.HOMING_TIME: "not used yet",
+        P.STUCK_TIME: "longest stand of a homing joint at its torque limit",
+        P.HOMING_TIME: "longest search for the index",
         **{
             p: text.format(p.name.rpartition("_")[2])
             for p in Parameter

@@ -100,17 +100,24 @@ RAISED: Final = complete(
             "POSITION_MIN - 0.05 or POSITION_MAX + 0.05, rad",
         ),
         F.HOMING_FAILED: Raised(
-            "index, encoder and coarse position do not agree (see homing)",
-            *("SENSOR_SOURCE", "REFERENCE_n"),
-            "distance of the coarse position from the nearest index, in intervals; "
-            "0 before an index",
-            "0.25",
+            "homing has failed (see homing)",
+            *("SENSOR_SOURCE", "REFERENCE_n; MEASURE_n where the encoder stands"),
+            "what homing has failed with",
+            "its bound there",
         ),
         F.DBC_MISMATCH: Raised(
             "SYNC carries another dbc_hash; once, until START or RESET",
             *("8", "SYNC", "the hash that came", "the own hash"),
         ),
         F.EMERGENCY_STOP: Raised("ESTOP, in any state but INIT", "0", "0", "0", "0"),
+        F.RUNAWAY: Raised(
+            "a rigid joint moves away from its set-point (see trust)",
+            *("own number", "MEASURE_n", "its error, rad", "the bound of the error, rad"),
+        ),
+        F.DUPLICATE_NODE: Raised(
+            "a frame came under an identifier of its own, in any state but INIT",
+            *("own number", "that identifier", "1", "0"),
+        ),
     },
     LADDERS,
 )

@@ -1,5 +1,7 @@
 """docs/node-law.md: homing and the controlled stop."""
 
+import math
+
 from support.plain_node.law import PlainLaw, sign
 
 
@@ -18,6 +20,8 @@ class PlainHoming:
         self.offset: float | None = None
         self.found = self.zero is not None
         self.failed = False
+        self.n = self.stuck = 0
+        self.counts: int | None = None
 
     def cycle(
         self, counts: int, coarse_adc: int, index: int | None, speed: float, G: float
@@ -46,6 +50,15 @@ class PlainHoming:
                 self.target, self.offset = self.target + new - theta, self.offset - (new - theta)
                 theta = new
             else:
+                self.n += 1
+                stands = counts == self.counts and self.law.at_limit
+                self.stuck = self.stuck + 1 if stands else 0
+                self.counts = counts
+                if self.n > math.ceil(p["HOMING_TIME"] / p["PERIOD"]) or self.stuck > math.ceil(
+                    p["STUCK_TIME"] / p["PERIOD"]
+                ):
+                    self.failed = True
+                    return 0.0
                 middle = (p["POSITION_MIN"] + p["POSITION_MAX"]) / 2
                 rate = p["HOMING_SPEED"] if coarse < middle else -p["HOMING_SPEED"]
                 self.target += rate * p["PERIOD"]

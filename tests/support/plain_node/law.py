@@ -32,6 +32,7 @@ class PlainLaw:
         self.complied, self.left, self.resting = False, 0, True
         self.spec: int | None = None
         self.transferred = self.last = 0.0
+        self.at_limit = False
 
     # friction
 
@@ -171,7 +172,9 @@ class PlainLaw:
     def alone(self, e: float, v: float, G: float, F: float, inertia: float) -> float:
         """Torque of one joint alone."""
         X = G + F + inertia + self.p["KP"] * e + self.p["KD"] * v
-        return clamp(X + self.integrate_rigid(e, X), self.p["TORQUE_LIMIT"])
+        total = X + self.integrate_rigid(e, X)
+        self.at_limit = abs(total) > self.p["TORQUE_LIMIT"]
+        return clamp(total, self.p["TORQUE_LIMIT"])
 
     def codes(self, torque: float, B: float) -> tuple[int, int]:
         """current_dac and force_dac."""
