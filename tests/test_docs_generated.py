@@ -28,7 +28,11 @@ from rfms_can.wire.codec import load_database
         ("draw_corners.py", "corners.md", draw_corners.render),
         ("draw_link.py", "link.md", draw_link.render),
         ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),
-        ("draw_programs.py", "random-programs.md", draw_programs.render),
+        *[
+            (name, file, render)
+            for file, sections in draw_programs.PAGES.items()
+            for name, render in sections.items()
+        ],
         ("draw_servoing.py", "servoing.md", draw_servoing.render),
         ("draw_states.py", "states.md", draw_states.render),
         ("draw_wire.py", "wire.md", draw_wire.render),

@@ -11,36 +11,14 @@ import argparse
 import multiprocessing
 import sys
 from pathlib import Path
-from typing import Final, NamedTuple
 
-from kept_results import KeptResults
 from random_programs.draw import MIX_NUMBER, draw
+from random_programs.refusals import FILE, KEPT, Refusal
 from random_programs.results import Conditions
 from random_programs.trial import PERIOD_S, Trial
 
 from rfms_can.arm import ARMS, arm_by_name
 from rfms_can.errors import RfmsError
-
-KEPT: Final = "docs/data/refusal_campaign.jsonl"
-"""The campaign that docs/random-programs.md tells of."""
-
-
-class Refusal(NamedTuple):
-    """The first refusal of a program.
-
-    Attributes:
-        a, s: arm and seed.
-        why: words of the refusal; "" where nothing was refused.
-        due: what was found; "" if it was not due.
-    """
-
-    a: str
-    s: int
-    why: str
-    due: str
-
-
-FILE: Final = KeptResults("refusals", "tools/refusal_campaign.py", Conditions, Refusal)
 
 
 def one(job: tuple[str, int]) -> Refusal:

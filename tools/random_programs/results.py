@@ -10,6 +10,10 @@ KEPT: Final = "docs/data/program_campaign.jsonl"
 """The campaign that docs/random-programs.md tells of."""
 
 
+KEPT_ON_THE_BUS: Final = "docs/data/program_bus_campaign.jsonl"
+"""The same on the whole simulated bus."""
+
+
 class Conditions(NamedTuple):
     """What all programs of a file have in common.
 
