@@ -18,6 +18,7 @@
 ``identification``     what perfect experiments on a plant record, and find out
 ``golden``             reads ``tests/golden``, and compares with it
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it
+``conform``            the conformance suite on nodes of this process
 ``programs``           programs as files, moves drawn at random
 =====================  =============================================================================
 """
