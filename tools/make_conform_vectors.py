@@ -10,6 +10,11 @@ import struct
 from pathlib import Path
 from typing import Any, Final
 
+import conform_law_traces
+import conform_setpoint_traces
+import conform_stop_traces
+from conform_record import recorded
+
 from rfms_can.arm import ARMS, PUMA_260, Arm
 from rfms_can.kinematics import CONFIGURATIONS, WIRE, JointSolver, configuration_of, direct
 from rfms_can.master.start_up.node_parameters import all_parameters
@@ -69,6 +74,14 @@ BENCH: Final = {
 """A joint that none of the arms has, so that the law is the same for all six; the 260's geometry."""
 
 
+TRACES: Final = {
+    "laws": conform_law_traces.traces,
+    "setpoints": conform_setpoint_traces.traces,
+    "stops": conform_stop_traces.traces,
+}
+"""Files of traces, and what is played."""
+
+
 def float32(value: float) -> float:
     """A number as it travels."""
     rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
@@ -83,6 +96,8 @@ def main() -> None:
     write("inverse", {arm.name: inverse(arm) for arm in ARMS.values()})
     write("hashes", hashes())
     write("ranges", ranges())
+    for file, traces in TRACES.items():
+        write(file, {"traces": recorded(traces(), torques=file != "setpoints")})
 
 
 def write(name: str, content: Any) -> None:
@@ -103,7 +118,7 @@ def bench_parameters() -> dict[str, float]:
 def bench() -> dict[str, Any]:
     """The bench: parameters, and a pose at rest."""
     q = (0.3, 0.9, -2.4, 0.4, -0.9, 0.5)
-    rest = told(direct(PUMA_260, q), configuration_of(PUMA_260, q).code)
+    rest = solved(PUMA_260, direct(PUMA_260, q), configuration_of(PUMA_260, q).code)
     return {"parameters": bench_parameters(), "rest": rest}
 
 

@@ -58,6 +58,8 @@ class Tester(Talk):
         theta: where the joint stands, rad.
         speed: of the joint, rad/s.
         zero: encoder count at joint angle 0.
+        last_cycle, sync_ns: number and time of the last SYNC.
+        sampled, sampled_before: low byte of the cycle of the last MEASURE, and of that before.
         boot: what the node said when it was switched on; None if it was on before.
     """
 
@@ -75,6 +77,9 @@ class Tester(Talk):
         self.theta = 0.0
         self.speed = 0.0
         self.boot: Answers | None = None
+        self.sampled = self.sampled_before = 0
+        self.last_cycle = -1
+        self.sync_ns = 0
         self._due_ns = line.now_ns
 
     # --- from anywhere to a state -------------------------------------------------------------
@@ -150,6 +155,13 @@ class Tester(Talk):
         self.reference()
         self.state_is(NodeState.READY)
 
+    def unreferenced(
+        self, changes: Mapping[Parameter, float] | None = None, theta: float = 0.0
+    ) -> None:
+        """From any state to PREOP, newly configured, the joint at ``theta``."""
+        self.configure(changes)
+        self.theta = theta
+
     def ready(self, changes: Mapping[Parameter, float] | None = None, theta: float = 0.0) -> None:
         """From any state to READY, newly configured."""
         self.configure(changes)
@@ -197,7 +209,10 @@ class Tester(Talk):
             self._due_ns = max(self._due_ns + self.period_ns * (1 + skip), self.line.now_ns)
             self.line.pass_until(self._due_ns)
         named = self.row_set if row_set is None else row_set
-        return self.say(Sync, None, self.cycle, state, named, self.wire.dbc_hash)
+        self.last_cycle = self.cycle
+        answers = self.say(Sync, None, self.cycle, state, named, self.wire.dbc_hash)
+        self.sync_ns = self.line.now_ns
+        return answers
 
     def counts(self, theta: float | None = None) -> int:
         """Encoder counts where the joint stands."""
@@ -225,6 +240,7 @@ class Tester(Talk):
         """MEASURE of the own board."""
         low = (self.cycle if cycle is None else cycle) & 0xFF
         told = self.counts() if counts is None else counts
+        self.sampled_before, self.sampled = self.sampled, low
         return self.say(Measure, self.joint, told, 0, self.speed_code, low, index_seen, 0, 0)
 
     def coarse_code(self, theta: float | None = None) -> int:
@@ -302,6 +318,11 @@ class Tester(Talk):
             if joint not in without:
                 answers += self.say(JointError, joint, *told, low)
         return answers
+
+    def own_first(self, row: Sequence[float]) -> list[float]:
+        """A row in the order of the joints, of one with the own joint's element first."""
+        own, *others = row
+        return [*others[: self.index], own, *others[self.index :]]
 
     def rows(self, number: int, values: Sequence[float]) -> Answers:
         """ROWS of the own joint: law row, inertia row, gravity, then set and the rest."""

@@ -51,6 +51,7 @@ class Vectors:
     Attributes:
         bench: parameters of the suite's bench.
         rest_pose: a pose that the bench's arm can take.
+        rest_angles: the six angles of it, rad.
         arms: parameters of each joint of each arm: name, then joint.
         inverse: poses of each arm, with the six angles; null where there is no solution.
         traces: set-points and laws, cycle by cycle, by file.
@@ -60,6 +61,7 @@ class Vectors:
         bench = read("bench")
         self.bench = named(bench["parameters"])
         self.rest_pose = Pose.of(bench["rest"])
+        self.rest_angles = tuple(map(float, bench["rest"]["angles"]))
         self.arms: dict[str, dict[int, dict[Parameter, float]]] = {
             arm: {int(joint): named(values) for joint, values in joints.items()}
             for arm, joints in read("arms").items()

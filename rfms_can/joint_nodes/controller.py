@@ -399,9 +399,10 @@ class JointController:
         if begin is not None:
             begin(self)
 
-    def _forget_rows(self) -> None:
-        """A master that starts over numbers its sets from the beginning."""
+    def _forget_cycle(self) -> None:
+        """A master that starts over numbers its sets from the beginning, and owes no cycle."""
         self._rows.clear()
+        self._inputs.begin(dac_due=False)
 
     def _begin_homing(self) -> None:
         self.homing.begin()
@@ -460,7 +461,7 @@ class JointController:
 _ENTRY: Final = complete(
     {
         NodeState.INIT: None,
-        NodeState.PREOP: JointController._forget_rows,
+        NodeState.PREOP: JointController._forget_cycle,
         NodeState.HOMING: JointController._begin_homing,
         NodeState.READY: None,
         NodeState.OPERATIONAL: JointController._begin_servo,
