@@ -177,7 +177,7 @@ class JointController:
         self._decide()
         if inputs.dac_due:
             self._count_missed_cycle()
-        elif self.action.expects_setpoint:
+        elif inputs.setpoint_due:
             if inputs.setpoint is None:
                 node.miss(FaultCode.SETPOINT_MISSING, self._master)
             else:
@@ -191,7 +191,7 @@ class JointController:
         else:
             cause = self._master._replace(frame=node.wire.id(Rows, node.number))
             node.miss(FaultCode.ROWS_MISSING, cause)
-        inputs.begin(self.action.owes_dac)
+        inputs.begin(self.action.owes_dac, self.action.expects_setpoint)
 
     def step(self) -> None:
         """The cycle, as far as the frames received so far allow; called after each of them."""
