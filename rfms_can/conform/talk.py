@@ -1,7 +1,7 @@
 """Frames to the node and from it: each of its frames is held to the contract as it comes."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
 from rfms_can.conform.lines import Line
@@ -12,6 +12,7 @@ from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import BOARDS
 from rfms_can.wire.records import (
+    Config,
     ConfigAck,
     Dac,
     Emcy,
@@ -28,6 +29,9 @@ PATIENCE_NS: Final = 1_000_000_000
 """How long the node may take to answer, real time, ns."""
 LISTEN_NS: Final = 100_000_000
 """How long nothing comes before the node counts as quiet, ns."""
+FENCE: Final = 63
+"""A reserved parameter: the node answers that it does not know it, in any state."""
+LARGEST_FENCE: Final = 1 << 20
 SENT_KEPT: Final = 6
 """Frames that a failure tells of."""
 
@@ -106,6 +110,7 @@ class Talk:
         others = [(Measure, joint), (Reference, joint), (Emcy, board), (Heartbeat, board)]
         self._of_the_board = {wire.id(record, node) for record, node in others}
         self._came = Answers()
+        self._fences = 0
 
     # --- to the node --------------------------------------------------------------------------
 
@@ -181,37 +186,39 @@ class Talk:
             self._read_all(0)
         else:
             self._fence()
-        answers, self._came = self._came, Answers()
-        return answers
+        return self.came()
 
     def _fence(self) -> None:
-        """Ask for a HEARTBEAT: what the node sent before answers what was sent before."""
-        self._ask()
+        """Ask what no node knows, by a number: what came before answers what was sent before."""
+        self._fences = self._fences % LARGEST_FENCE + 1
+        number = float(self._fences)
+        self.line.send(self.frame(Config, self.joint, FENCE, 0, number, 0))
+        self.sent_frames += 1
+        self._await(lambda h: h.name == "CONFIG_ACK" and h.values[0:3:2] == (FENCE, number))
         if self.line.settle_ns:
             self._read_all(self.line.now_ns + self.line.settle_ns)
 
-    def _ask(self) -> Heartbeat:
-        """The HEARTBEAT that answers ANNOUNCE, taken out of what came."""
+    def beat(self) -> Heartbeat:
+        """The node's HEARTBEAT now, as it answers ANNOUNCE; what else comes is kept."""
         self.line.send(self.frame(Nmt, None, Command.ANNOUNCE, self.joint, 0))
         self.sent_frames += 1
+        beat: Heartbeat = self._await(lambda h: h.name == "HEARTBEAT")
+        return beat
+
+    def _await(self, wanted: Callable[[Heard], bool]) -> Any:
+        """The record of the first frame that is wanted, taken out of what came."""
         until_ns = self.line.now_ns + PATIENCE_NS
         while (frame := self.line.receive(until_ns)) is not None:
             self._read(frame)
-            if self._came and self._came[-1].name == "HEARTBEAT" and not self._more():
-                beat: Heartbeat = self._came.pop().values
-                return beat
-        sent = self.told()
-        raise NodeSilent(f"{sent}, NMT ANNOUNCE", str(self._came), "HEARTBEAT to ANNOUNCE")
+            if self._came and wanted(self._came[-1]):
+                return self._came.pop().values
+        asked = "NMT ANNOUNCE, or CONFIG of a reserved parameter"
+        raise NodeSilent(f"{self.told()}; {asked}", str(self._came), "an answer")
 
-    def _more(self) -> bool:
-        """On a virtual line all answers are there at once; the last HEARTBEAT is the answer."""
-        if self.line.virtual:
-            self._read_all(0)
-        return bool(self._came) and self._came[-1].name != "HEARTBEAT"
-
-    def beat(self) -> Heartbeat:
-        """The node's HEARTBEAT now."""
-        return self._ask()
+    def came(self) -> Answers:
+        """What has come so far, without a look whether there is more."""
+        answers, self._came = self._came, Answers()
+        return answers
 
     def elapse(self, seconds: float) -> Answers:
         """Let time pass; what the node sends meanwhile."""
@@ -221,8 +228,7 @@ class Talk:
     def listen(self) -> Answers:
         """What the node sends without being asked for a HEARTBEAT; on a port, in the time of quiet."""
         self._read_all(0 if self.line.virtual else self.line.now_ns + LISTEN_NS)
-        answers, self._came = self._came, Answers()
-        return answers
+        return self.came()
 
     def power_on(self) -> Answers | None:
         """Switch the node off and on, where that can be done; what it says."""
@@ -232,8 +238,7 @@ class Talk:
         self._expected = dict.fromkeys(self._inbound, 0)
         self.last_beat = None
         self._read_all(0)
-        answers, self._came = self._came, Answers()
-        return answers
+        return self.came()
 
     def forget(self) -> None:
         """Drop what came, whatever it was, and take the next frames whatever their counters."""

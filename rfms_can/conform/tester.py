@@ -104,6 +104,21 @@ class Tester(Talk):
             Heartbeat, MASTER, NodeState.PREOP, 0, 0, own, self.wire.dbc_hash, 0, 0, 0
         )
 
+    def wait_for_power(self, seconds: float) -> None:
+        """Listen until the node is switched on; what it says then is ``boot``.
+
+        Raises:
+            NodeSilent: it is not switched on.
+        """
+        if self.line.virtual:
+            return  # the tester switches it on itself
+        until_ns = self.line.now_ns + round(seconds * 1e9)
+        frame = self.line.receive(until_ns)
+        if frame is None:
+            raise NodeSilent("nothing", "nothing", f"a HEARTBEAT at power-on within {seconds:g} s")
+        self._read(frame)
+        self.boot = self.listen()
+
     def to_preop(self) -> None:
         """From any state to PREOP, no fault remembered."""
         if self.beat().state == NodeState.OPERATIONAL:

@@ -53,14 +53,8 @@ def announce_others(t: Tester) -> None:
 
 
 def asked(t: Tester, node: int = 0, argument: int = 0) -> Answers:
-    """NMT ANNOUNCE; on a line without a fence of its own, what comes in the time of quiet."""
-    return probe(t, Nmt, None, Command.ANNOUNCE, node, argument)
-
-
-def probe(t: Tester, record: type, node: int | None, *values: float) -> Answers:
-    """A message and what answers it, without the NMT that would ask for a HEARTBEAT."""
-    t.send(t.frame(record, node, *values))
-    return t.listen()
+    """NMT ANNOUNCE."""
+    return t.command(Command.ANNOUNCE, node, argument)
 
 
 def counter_rule(t: Tester) -> None:
@@ -69,33 +63,38 @@ def counter_rule(t: Tester) -> None:
     before = t.beat().discarded
     refused = 0
 
+    def ask(taken: bool, why: str) -> int:
+        """CONFIG with the next counter; the frames that were discarded since the beginning."""
+        t.send(t.frame(Config, t.joint, UNKNOWN_PARAMETER, 0, 1.0, 0))
+        discarded = t.beat().discarded - before  # no other CONFIG may come in between
+        t.only(t.came(), ("CONFIG_ACK",) if taken else (), why)
+        return discarded
+
     def step(steps: int, taken: bool, why: str) -> None:
         nonlocal refused
         t.skip_counter(Config, t.joint, steps - 1)
-        answers = t.say(Config, t.joint, UNKNOWN_PARAMETER, 0, 1.0, 0)
-        t.only(answers, ("CONFIG_ACK",) if taken else (), why)
+        discarded = ask(taken, why)
         if not taken:
             refused += 1
             t.skip_counter(Config, t.joint, -steps)
-        t.equal(t.beat().discarded - before, refused, f"discarded frames after {why}")
+        t.equal(discarded, refused, f"discarded frames after {why}")
 
     def strays(first: int, count: int, apart: int = 1) -> None:
         """Frames out of step, the last of which is taken."""
         at = first
         for number in range(1, count + 1):
             t.skip_counter(Config, t.joint, at - 1)
-            answers = t.say(Config, t.joint, UNKNOWN_PARAMETER, 0, 1.0, 0)
             last = number == count
             why = f"frame {number} out of step of {count}"
-            t.only(answers, ("CONFIG_ACK",) if last else (), why)
+            discarded = ask(last, why)
             if not last:
                 nonlocal refused
                 refused += 1
                 t.skip_counter(Config, t.joint, -at)
-            t.equal(t.beat().discarded - before, refused, f"discarded frames after {why}")
+            t.equal(discarded, refused, f"discarded frames after {why}")
             at += apart
 
-    t.command(Command.RESET)
+    t.send(t.frame(Nmt, None, Command.RESET, 0, 0))
     step(120, True, "the first frame after RESET, whatever its counter")
     step(0, False, "the same frame again")
     step(150, True, "the second frame, its counter another")
@@ -122,14 +121,14 @@ def counter_rule(t: Tester) -> None:
     step(1, True, "the frame after the leap")
     strays(90, 2 * ROW)
     strays(90, 4 * ROW)
-    t.give(t.master_beat(t.boot_id + 1000))
+    t.send(t.master_beat(t.boot_id ^ 0x55))
     step(77, True, "the first frame after a HEARTBEAT of the master with another boot id")
     step(1, True, "the next")
     step(1, True, "the next")
     strays(90, ROW)
-    t.give(t.master_beat(t.boot_id + 1000))
+    t.send(t.master_beat(t.boot_id ^ 0x55))
     step(-20, False, "a counter back, after a HEARTBEAT with the same boot id")
-    t.give(t.master_beat())
+    t.send(t.master_beat())
     step(1, True, "the first frame after a HEARTBEAT with another boot id")
 
 
