@@ -137,7 +137,11 @@ def slow(ticks: int, t_acc: float, name: str) -> Trace:
     """A transition that is long; it is looked at here and there only."""
     master = Master(0.1, "CONTINUOUS")
     master.rest(12, 0.1)
-    curve = path(0.1, 0.2)
+
+    def curve(h: float) -> float:
+        """No polynomial of low degree: long and short windows differ on it."""
+        return path(0.1, 0.2)(h) + 0.003 * math.sin(100.0 * h)
+
     h = 0.0
     master.say("START", "CARTESIAN", 0.1, r=1.0, p=0.0, acceleration_time=0.1)
     for k in range(1, 51):

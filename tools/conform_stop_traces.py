@@ -78,11 +78,18 @@ def stops() -> list[Trace]:
         stop("stop at rest", 0.0),
         stop("stop before the end of the range", 1.4, 2.58),
         stop("stop before the other end", -1.4, -2.33),
+        stop("stop at the very end of the range", 0.055, 2.74997 - way(0.055)),
         stop("stop, pushed away in time", 0.5, push=60),
         stop("stop, pushed away later", 0.5, push=150),
         stop("stop with a displacement", 0.6, comply=0.002),
         stop("stop with gravity and inertia", 1.0, rows={"gravity": 1.5, "inertia_row": [0.1] * 6}),
     ]
+
+
+def way(speed: float) -> float:
+    """How far a run up to a speed takes the set-point, rad."""
+    *_, (angle, _) = run_up(speed, 24, 0.0)
+    return angle
 
 
 def stop(

@@ -94,6 +94,7 @@ def main() -> None:
     write("bench", bench())
     write("arms", {arm.name: parameters(arm) for arm in ARMS.values()})
     write("inverse", {arm.name: inverse(arm) for arm in ARMS.values()})
+    write("straight", [straight(*case) for case in STRAIGHT])
     write("hashes", hashes())
     write("ranges", ranges())
     for file, traces in TRACES.items():
@@ -156,6 +157,22 @@ def solved(arm: Arm, pose: Transform, code: int) -> dict[str, Any]:
     received = Transform.from_o_a_p(entry["o"], entry["a"], entry["p"])
     angles = [JointSolver(arm, j, WIRE).solve(received, CONFIGURATIONS[code], 0.0) for j in JOINTS]
     return {**entry, "angles": [None if a != a else a for a in angles]}
+
+
+STRAIGHT: Final = ((0.3, 0.7, 0.4, 0.5), (-0.4, 1.1, -0.8, -1.2), (0.9, 0.4, 1.3, 0.2))
+"""Straight wrists of the 260: joints 1, 2, 4 and 6, rad; joint 3 is -2."""
+
+
+def straight(q1: float, q2: float, q4: float, q6: float) -> dict[str, Any]:
+    """A pose with joint 5 at 0, where joint 4 is told, and one before it that is regular."""
+    q = (q1, q2, -2.0, q4, 0.0, q6)
+    bent = (q1, q2, -2.0, q4, 0.4, q6)
+    code = configuration_of(PUMA_260, bent).code
+    return {
+        **told(direct(PUMA_260, q), code),
+        "angles": list(q),
+        "bent": {**told(direct(PUMA_260, bent), code), "angles": list(bent)},
+    }
 
 
 def hashes() -> list[dict[str, Any]]:

@@ -125,6 +125,8 @@ CHECKS: Final[tuple[Check, ...]] = (
           "angle to 1e-6 rad; quiet", S, cycles.solved),
     Check("31b", "JOINT_SETPOINT with and without the joint's bit, at the ends of its range",
           "its angle; else that of the pose", S, cycles.by_whom),
+    Check("31c", "a straight wrist, joint 4 told and not told", "joint 4 there or as it was; 1e-6 rad",
+          S, cycles.straight_wrist),
     Check("32", "frames of a set-point in many orders; each late, lost, old",
           "waits for all of them, and for no others", S, cycles.whole_setpoint),
     Check("32b", "a pose that is not announced; an unknown bit of extras", "quiet", S, cycles.surplus),

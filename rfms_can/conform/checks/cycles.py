@@ -6,11 +6,11 @@ from typing import Any, Final
 
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
-from rfms_can.conform.vectors import set_hash
+from rfms_can.conform.vectors import read, set_hash
 from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.records import Bias, Comply, Dac, JointError, Nmt, Setpoint
+from rfms_can.wire.records import Bias, Comply, Dac, JointAngles, JointError, Nmt, Setpoint
 from rfms_can.wire.vocabulary import Command, NodeState, Parameter
 
 S = NodeState
@@ -211,6 +211,43 @@ def by_whom(t: Tester) -> None:
     t.measure()
     t.only(t.give(t.setpoint_frame(0)), (), "KINEMATICS 0: no angle without JOINT_SETPOINT")
     t.run(1)
+
+
+def straight_wrist(t: Tester) -> None:
+    """Where the wrist is straight joint 4 is where it was told, or was; joint 6 makes up for it."""
+    changes = {Parameter.PERIOD: 1.0, Parameter.SPEED_LIMIT: 100.0}
+    for number, case in enumerate(read("straight")):
+        for told in (True, False):
+            # by JOINT_SETPOINT, bit of joint 4; else by the pose before
+            t.operational(changes, theta=case["bent"]["angles"][t.index])
+            t.run(2)
+            if not told:
+                _at(t, case["bent"], f"wrist {number}, bent", None, 0)
+                _at(t, case, f"wrist {number}, joint 4 as it was", None, 0)
+                continue
+            _at(t, case, f"wrist {number}, joint 4 told", case["angles"][3], 8)
+            # the bits of the others' angles say nothing of joint 4
+            _at(t, case, f"wrist {number}, joint 4 as it was", 1.0, 0x37 & ~(1 << t.index))
+
+
+def _at(t: Tester, pose: dict[str, Any], where: str, angle4: float | None, joints: int) -> None:
+    """One cycle at a pose: the own joint's angle must be that of the pose."""
+    want = pose["angles"][t.index]
+    t.sync()
+    t.theta = want
+    t.measure()
+    place = {f"{v}_{x}": n for v in "oap" for x, n in zip("xyz", pose[v], strict=True)}
+    place["configuration"] = pose["configuration"]
+    if angle4 is None:
+        answers = t.give(t.setpoint_frame(0, **place))
+    else:
+        angles = [0.7] * 6
+        angles[3] = angle4
+        frame = t.frame(JointAngles, 1, *angles, t.cycle & 0xFF, joints)
+        answers = t.give(t.setpoint_frame(JOINT_SETPOINT_BELONGS, **place), frame)
+    error: JointError = t.one(answers, "ERROR", where)
+    t.near(error.error + t.measured, want, 1e-6, f"{where}: angle")
+    t.errors()
 
 
 def compliant(t: Tester) -> None:
