@@ -37,6 +37,7 @@ def traces() -> list[Trace]:
         slow(300, 0.6, "transition of 300 cycles"),
         slow(1500, 3.0, "transition of 1500 cycles"),
         slow(3000, 6.0, "transition of 3000 cycles"),
+        *(young(n) for n in (0, 1, 2, 3, 7, 8, 9, 10, 11)),
         *transitions(),
         *rests(),
     ]
@@ -118,19 +119,27 @@ def journey(
     feed: float = 1.0,
     pre: int = 12,
     lost: tuple[int, ...] = (),
+    rest: int = 12,
 ) -> Trace:
     """Some segments one after the other, and to rest at the last goal."""
     master = Master(0.1, blend, drift, pre)
     legs = (*legs, ("JOINT", legs[-1][1]))  # the last one comes to rest
     # what the next segment is solved from: its goal, or where its curve begins
     starts = [goal if mode == "JOINT" else before for (mode, goal), (_, before) in zip(legs, (("", 0.1), *legs))]
-    master.rest(12, starts[0])
+    master.rest(rest, starts[0])
     for (mode, goal), following in zip(legs, (*starts[1:], None), strict=True):
         master.segment(mode, goal, following, feed)
     master.rest(4)
     for k in lost:
         master.cycles[k]["omit"] = ["SETPOINT"]
     return trace(name, master.cycles, begin=0.1, **{"from": "OPERATIONAL"})
+
+
+def young(cycles: int) -> Trace:
+    """A goal that moves, left after so many cycles: there are as many samples of it, no more."""
+    name = f"a goal that moves, left after {cycles} cycles"
+    found = journey(name, "CONTINUOUS", ("JOINT", 0.15), drift=0.0004, rest=cycles)
+    return {**found, "cycles": found["cycles"][: cycles + 48]}
 
 
 def slow(ticks: int, t_acc: float, name: str) -> Trace:
