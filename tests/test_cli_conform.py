@@ -47,9 +47,7 @@ def test_a_failure_says_what_was_sent_what_came_and_what_was_required(
     assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("2", "1", "0")
 
 
-def test_fail_fast_ends_at_the_first_failure(
-    rfms: Rfms, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_fail_fast_ends_at_the_first_failure(rfms: Rfms, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(controller, "STEP_MARGIN", 3.0)
     words = ("--check", "39", "--check", "40b", "--fail-fast", "--json")
     report = json.loads(rfms("conform", "2", "--bus", "sim", "--class", "sensor", *words).out)

@@ -9,6 +9,7 @@ from support.conform import on_line, the_wire
 from rfms_can.conform.lines import PumpedLine
 from rfms_can.conform.outcome import Verdict
 from rfms_can.conform.table import CHECKS
+from rfms_can.conform.vectors import set_hash
 from rfms_can.joint_nodes import controller, field_node, servo
 from rfms_can.joint_nodes.angle_solver import AngleSolver
 from rfms_can.joint_nodes.compliance import RowSets
@@ -69,7 +70,9 @@ def no_discard_of_others(patch: Patch) -> None:
 
 
 def missing_rung(patch: Patch) -> None:
-    ladder = tuple(step for step in LADDERS[FaultCode.SETPOINT_MISSING] if step[1] is not Reaction.DAMP)
+    ladder = tuple(
+        step for step in LADDERS[FaultCode.SETPOINT_MISSING] if step[1] is not Reaction.DAMP
+    )
     patch.setitem(LADDERS, FaultCode.SETPOINT_MISSING, ladder)
 
 
@@ -136,8 +139,7 @@ def no_extrapolation(patch: Patch) -> None:
 
 
 def longer_hash(patch: Patch) -> None:
-    right = field_node.configuration_hash
-    patch.setattr(field_node, "configuration_hash", lambda values: right(values) ^ 1)
+    patch.setattr(field_node, "configuration_hash", lambda values: set_hash(values) ^ 1)
 
 
 def wide_steps(patch: Patch) -> None:

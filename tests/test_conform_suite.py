@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 from support.conform import the_wire
 
+from rfms_can.arm import ARMS
 from rfms_can.conform.protection import fits, sealed
 from rfms_can.conform.table import CHECKS, LATER, Kind
 from rfms_can.conform.talk import FENCE
 from rfms_can.conform.vectors import Vectors, read, set_hash
 from rfms_can.kinematics import direct
-from rfms_can.arm import ARMS
 from rfms_can.wire.configuration import PARAMETERS, configuration_hash
 from rfms_can.wire.nodes import JOINTS
 from rfms_can.wire.records import Nmt

@@ -92,7 +92,9 @@ def moved(motion: Iterator[tuple[float, float]], lag: float = 0.0) -> list[Cycle
     ]
 
 
-def run_up(speed: float, cycles: int, begin: float = 0.1, at: int = 16) -> Iterator[tuple[float, float]]:
+def run_up(
+    speed: float, cycles: int, begin: float = 0.1, at: int = 16
+) -> Iterator[tuple[float, float]]:
     """Angles and speeds from rest to a speed within ``at`` cycles, then on at it."""
     angle, before = begin, 0.0
     for k in range(1, cycles + 1):
@@ -106,12 +108,8 @@ def run_up(speed: float, cycles: int, begin: float = 0.1, at: int = 16) -> Itera
 def terms() -> list[Trace]:
     """Each term of the law alone, either sign."""
     errors = (0.001, -0.001, 0.02, -0.03, 0.15, 0.21, -0.15, -0.21, 0.0)
-    speeds = [
-        c for v in (0.1, -0.1, 1.5, -1.5, 2.4, -2.4, 0.002, -0.002) for c in held(2, speed=v)
-    ]
-    each = [
-        {"others": [[0.01 * (i == k), 0.0, 0.0] for i in range(5)]} for k in range(5)
-    ]
+    speeds = [c for v in (0.1, -0.1, 1.5, -1.5, 2.4, -2.4, 0.002, -0.002) for c in held(2, speed=v)]
+    each = [{"others": [[0.01 * (i == k), 0.0, 0.0] for i in range(5)]} for k in range(5)]
     rates = [{"others": [[0.0, 0.3 * (i == k), 0.0] for i in range(5)]} for k in range(5)]
     accelerations = [
         {"others": [[0.0, 0.0, 4.0 * (1.0 + k) * (i == k)] for i in range(5)]} for k in range(5)
@@ -154,7 +152,12 @@ def terms() -> list[Trace]:
             {**only_p, "KP": 40.0},
             begin=0.1,
         ),
-        trace("weighted, errors", [{"rows": weighted}, *each, *offsets(0.02, -0.02)], only_p, begin=0.1),
+        trace(
+            "weighted, errors",
+            [{"rows": weighted}, *each, *offsets(0.02, -0.02)],
+            only_p,
+            begin=0.1,
+        ),
         trace("weighted, rates", [{"rows": weighted}, *rates, *speeds[:8]], only_p, begin=0.1),
         trace(
             "weighted, damping of what complies",
@@ -162,10 +165,25 @@ def terms() -> list[Trace]:
             only_p,
             begin=0.1,
         ),
-        trace("weighted, no gain", [{"rows": weighted}, *offsets(0.02, -0.02)], NO_FRICTION | {"KP": 0.0}, begin=0.1),
-        trace("no natural frequency", [{"rows": damped}, *rates], {"NATURAL_FREQUENCY": 0.0}, begin=0.1),
+        trace(
+            "weighted, no gain",
+            [{"rows": weighted}, *offsets(0.02, -0.02)],
+            NO_FRICTION | {"KP": 0.0},
+            begin=0.1,
+        ),
+        trace(
+            "no natural frequency",
+            [{"rows": damped}, *rates],
+            {"NATURAL_FREQUENCY": 0.0},
+            begin=0.1,
+        ),
         trace("bias", bias, BARE, begin=0.1),
-        trace("bias and servo at the limit", [*offsets(0.16), *bias, *offsets(-0.16, begin=0.16), *bias], only_p, begin=0.1),
+        trace(
+            "bias and servo at the limit",
+            [*offsets(0.16), *bias, *offsets(-0.16, begin=0.16), *bias],
+            only_p,
+            begin=0.1,
+        ),
         trace("mirrored board", [*offsets(0.03, -0.03), *speeds[:8], *bias], MIRRORED, begin=0.1),
     ]
 
@@ -174,8 +192,18 @@ def integrals() -> list[Trace]:
     """Dead band, limit, anti-windup, and what becomes of them when compliance begins and ends."""
     only_i = {**NO_FRICTION, "KP": 0.0, "KD": 0.0}
     edge = [c for e in (1, -1, 2, -2, 1) for c in held(4, measured=counts(0.1 - e / COUNTS))]
-    wound = [*offsets(0.06, cycles=45), *offsets(-0.06, cycles=80, begin=0.06), *offsets(0.0, begin=-0.06)]
-    others = [[0.01, 0.2, 0.0], [-0.004, 0.0, 1.0], [0.0002, 0.0, 0.0], [0.0003, 0.0, 0.0], [0.02, 0.0, 0.0]]
+    wound = [
+        *offsets(0.06, cycles=45),
+        *offsets(-0.06, cycles=80, begin=0.06),
+        *offsets(0.0, begin=-0.06),
+    ]
+    others = [
+        [0.01, 0.2, 0.0],
+        [-0.004, 0.0, 1.0],
+        [0.0002, 0.0, 0.0],
+        [0.0003, 0.0, 0.0],
+        [0.02, 0.0, 0.0],
+    ]
     comply = {"law_row": [0.6, 0.5, -0.4, 0.3, -0.2, 0.1], "selection": 1, "specification": 1}
     weighted = {**comply, "law": "WEIGHTED", "law_row": [0.06, 0.05, -0.04, 0.03, -0.02, 0.01]}
     change = [
@@ -204,14 +232,22 @@ def integrals() -> list[Trace]:
         ),
         trace(
             "bound of a complying integral",
-            held(150, rows={**comply, "law_row": [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]}, others=[[0.03, 0.0, 0.0]] * 5),
+            held(
+                150,
+                rows={**comply, "law_row": [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]},
+                others=[[0.03, 0.0, 0.0]] * 5,
+            ),
             {**only_i, "KI": 900.0},
             begin=0.1,
         ),
         trace(
             "anti-windup, complying",
             [
-                *held(40, rows={**comply, "gravity": 9.9}, others=[[0.02, 0.0, 0.0], *[[-0.02, 0.0, 0.0]] * 4]),
+                *held(
+                    40,
+                    rows={**comply, "gravity": 9.9},
+                    others=[[0.02, 0.0, 0.0], *[[-0.02, 0.0, 0.0]] * 4],
+                ),
                 *held(20, rows={**comply, "gravity": -9.9}),
             ],
             {**NO_FRICTION, "KD": 0.0, "KP": 20.0},
@@ -229,34 +265,73 @@ def frictions() -> list[Trace]:
     back = moved(run_up(-0.8, 24, at))
     creeping = [c for v in (0.009, -0.009) for c in moved(run_up(v, 12, 0.1, 6))]
     comply = {**COMPLYING, "gravity": 0.0, "inertia_row": [0.0] * 6, "damping": 0.0}
-    speeds = [c for v in (0.0, 0.002, 0.004, -0.002, -0.004, 0.4, -0.4, 0.0) for c in held(3, speed=v)]
+    speeds = [
+        c for v in (0.0, 0.002, 0.004, -0.002, -0.004, 0.4, -0.4, 0.0) for c in held(3, speed=v)
+    ]
     rest = held(30, rows=comply)
     return [
         trace("friction of a motion there and back", [*there, *slow, *back], bare, begin=0.1),
         trace("friction at creeping speeds", creeping, bare, begin=0.1),
         trace(
             "friction that turns at rest",
-            [*there, *held(6, speed=0.0), *[{"measured": counts(at + 0.01)}, *held(70)], {"measured": counts(at)}, *held(20, measured=counts(at - 0.01))],
+            [
+                *there,
+                *held(6, speed=0.0),
+                *[{"measured": counts(at + 0.01)}, *held(70)],
+                {"measured": counts(at)},
+                *held(20, measured=counts(at - 0.01)),
+            ],
             {"KP": 0.0, "KD": 0.0, "KI": 40.0},
             begin=0.1,
         ),
-        trace("friction, complying", [*rest, *speeds, *offsets(0.0003, 0.002, -0.0003, -0.002)], bare, begin=0.1),
-        trace("friction, complying, moving", [*rest, *moved(run_up(0.5, 12)), *held(20, rows=RIGID)], bare, begin=0.1),
+        trace(
+            "friction, complying",
+            [*rest, *speeds, *offsets(0.0003, 0.002, -0.0003, -0.002)],
+            bare,
+            begin=0.1,
+        ),
+        trace(
+            "friction, complying, moving",
+            [*rest, *moved(run_up(0.5, 12)), *held(20, rows=RIGID)],
+            bare,
+            begin=0.1,
+        ),
         trace(
             "friction, compliance begun in motion",
-            [*there, {**{}, "rows": comply}, *held(30), *held(40, rows={**RIGID, "specification": 9})],
+            [
+                *there,
+                {**{}, "rows": comply},
+                *held(30),
+                *held(40, rows={**RIGID, "specification": 9}),
+            ],
             bare,
             begin=0.1,
         ),
         trace(
             "dither",
-            [*rest, *held(20, speed=0.0), *offsets(0.002, -0.002, cycles=8), *held(8, speed=0.1), *held(8, speed=0.0)],
+            [
+                *rest,
+                *held(20, speed=0.0),
+                *offsets(0.002, -0.002, cycles=8),
+                *held(8, speed=0.1),
+                *held(8, speed=0.0),
+            ],
             {**bare, "DITHER_FRACTION": 0.8},
             begin=0.1,
         ),
-        trace("dither of a short period", [*rest, *held(12)], {**bare, "DITHER_FRACTION": 1.0, "DITHER_PERIOD": 0.004}, begin=0.1),
+        trace(
+            "dither of a short period",
+            [*rest, *held(12)],
+            {**bare, "DITHER_FRACTION": 1.0, "DITHER_PERIOD": 0.004},
+            begin=0.1,
+        ),
         trace("dither, rigid", held(15), {**bare, "DITHER_FRACTION": 0.8}, begin=0.1),
-        trace("friction without a rate scale", [*rest, *offsets(0.002, -0.002)], {**bare, "NATURAL_FREQUENCY": 0.0}, begin=0.1),
+        trace(
+            "friction without a rate scale",
+            [*rest, *offsets(0.002, -0.002)],
+            {**bare, "NATURAL_FREQUENCY": 0.0},
+            begin=0.1,
+        ),
     ]
 
 
@@ -266,10 +341,24 @@ def at_random() -> list[Trace]:
         random_trace("at random, rigid", 1, [RIGID]),
         random_trace("at random, PID complying", 2, [COMPLYING]),
         random_trace("at random, weighted", 3, [WEIGHTED]),
-        random_trace("at random, weighted, complying", 4, [{**WEIGHTED, "selection": 9, "damping": 15.0}]),
-        random_trace("at random, laws in turn", 5, [RIGID, COMPLYING, WEIGHTED, {**WEIGHTED, "selection": 9}], DITHER_FRACTION=0.5),
+        random_trace(
+            "at random, weighted, complying", 4, [{**WEIGHTED, "selection": 9, "damping": 15.0}]
+        ),
+        random_trace(
+            "at random, laws in turn",
+            5,
+            [RIGID, COMPLYING, WEIGHTED, {**WEIGHTED, "selection": 9}],
+            DITHER_FRACTION=0.5,
+        ),
         random_trace("at random, mirrored", 6, [RIGID, COMPLYING], **MIRRORED),
-        random_trace("at random, little torque", 7, [WEIGHTED, COMPLYING], TORQUE_LIMIT=3.0, INTEGRAL_LIMIT=1.0, CONTINUOUS_TORQUE=1.0),
+        random_trace(
+            "at random, little torque",
+            7,
+            [WEIGHTED, COMPLYING],
+            TORQUE_LIMIT=3.0,
+            INTEGRAL_LIMIT=1.0,
+            CONTINUOUS_TORQUE=1.0,
+        ),
         random_trace("at random, another period", 8, [RIGID, COMPLYING], PERIOD=0.005),
     ]
 
@@ -290,12 +379,20 @@ def random_trace(name: str, seed: int, rows: list[Cycle], **changes: float) -> T
         }
         if k % 4 == 0:
             cycle["others"] = [
-                [round(draw.uniform(-0.02, 0.02), 4), round(draw.uniform(-0.4, 0.4), 3), round(draw.uniform(-3, 3), 2)]
+                [
+                    round(draw.uniform(-0.02, 0.02), 4),
+                    round(draw.uniform(-0.4, 0.4), 3),
+                    round(draw.uniform(-3, 3), 2),
+                ]
                 for _ in range(5)
             ]
         if k % 14 == 0:
             drawn = draw.choice(rows)
-            cycle["rows"] = {**drawn, "gravity": round(draw.uniform(-2, 2), 3), "specification": k // 28}
+            cycle["rows"] = {
+                **drawn,
+                "gravity": round(draw.uniform(-2, 2), 3),
+                "specification": k // 28,
+            }
         if k % 9 == 3:
             cycle["bias"] = draw.choice((None, 0.7, -1.3, 2.1))
         if k % 11 == 5:

@@ -80,5 +80,3 @@ def _outputs(answers: Answers, node: JointNode, terms: ServoTerms | None) -> dic
 
 def _digits(value: float) -> float:
     return float(f"{value:.9g}")
-
-

@@ -22,21 +22,64 @@ def traces() -> list[Trace]:
     found: list[Trace] = []
     for blend in ("CONTINUOUS", "THESIS"):
         found += [
-            journey(f"joint, joint, {blend}", blend, ("JOINT", 0.25), ("JOINT", 0.05), ("JOINT", 0.2)),
-            journey(f"Cartesian, Cartesian, {blend}", blend, ("CARTESIAN", 0.22), ("CARTESIAN", 0.1)),
-            journey(f"joint, Cartesian, joint, {blend}", blend, ("JOINT", 0.2), ("CARTESIAN", 0.05), ("JOINT", 0.15)),
+            journey(
+                f"joint, joint, {blend}", blend, ("JOINT", 0.25), ("JOINT", 0.05), ("JOINT", 0.2)
+            ),
+            journey(
+                f"Cartesian, Cartesian, {blend}", blend, ("CARTESIAN", 0.22), ("CARTESIAN", 0.1)
+            ),
+            journey(
+                f"joint, Cartesian, joint, {blend}",
+                blend,
+                ("JOINT", 0.2),
+                ("CARTESIAN", 0.05),
+                ("JOINT", 0.15),
+            ),
             journey(f"Cartesian, joint, {blend}", blend, ("CARTESIAN", 0.0), ("JOINT", 0.2)),
-            journey(f"a goal that moves, {blend}", blend, ("JOINT", 0.2), ("JOINT", 0.1), drift=0.0002),
-            journey(f"half a feed rate, {blend}", blend, ("JOINT", 0.2), ("CARTESIAN", 0.1), ("JOINT", 0.2), feed=0.7),
+            journey(
+                f"a goal that moves, {blend}", blend, ("JOINT", 0.2), ("JOINT", 0.1), drift=0.0002
+            ),
+            journey(
+                f"a feed rate of 0.7, {blend}",
+                blend,
+                ("JOINT", 0.2),
+                ("CARTESIAN", 0.1),
+                ("JOINT", 0.2),
+                feed=0.7,
+            ),
             journey(f"PRE lost, {blend}", blend, ("JOINT", 0.2), ("JOINT", 0.1), pre=0),
-            journey(f"PRE of many cycles, {blend}", blend, ("CARTESIAN", 0.2), ("CARTESIAN", 0.1), pre=40),
-            journey(f"set-points lost, {blend}", blend, ("JOINT", 0.2), ("CARTESIAN", 0.1), lost=(8, 30, 31, 60, 80, 99, 111)),
+            journey(
+                f"PRE of many cycles, {blend}",
+                blend,
+                ("CARTESIAN", 0.2),
+                ("CARTESIAN", 0.1),
+                pre=40,
+            ),
+            journey(
+                f"set-points lost, {blend}",
+                blend,
+                ("JOINT", 0.2),
+                ("CARTESIAN", 0.1),
+                lost=(8, 30, 31, 60, 80, 99, 111),
+            ),
+            journey(
+                f"set-points lost before a hand-over, {blend}",
+                blend,
+                ("CARTESIAN", 0.2),
+                ("CARTESIAN", 0.1),
+                ("JOINT", 0.2),
+                lost=(96, 97, 99, 185, 188, 189),
+                drift=0.0003,
+            ),
         ]
     return [
         *found,
-        slow(300, 0.6, "transition of 300 cycles"),
-        slow(1500, 3.0, "transition of 1500 cycles"),
-        slow(3000, 6.0, "transition of 3000 cycles"),
+        slow(300, 1.2, "transition of 300 cycles"),
+        slow(1400, 5.6, "transition of 1400 cycles"),
+        slow(2800, 11.2, "transition of 2800 cycles"),
+        slow(256, 1.024, "transition of 256 cycles"),
+        slow(1500, 6.0, "transition of 1500 cycles"),
+        slow(3000, 12.0, "transition of 3000 cycles"),
         *(young(n) for n in (0, 1, 2, 3, 7, 8, 9, 10, 11)),
         *transitions(),
         *rests(),
@@ -79,7 +122,9 @@ class Master:
         scaled = t_acc / feed
         p = elapsed / (2.0 * t_acc)
         if mode == "JOINT":
-            self.say("START", mode, begin, goal, r=1.0 - h_of(time, t_seg), p=p, acceleration_time=scaled)
+            self.say(
+                "START", mode, begin, goal, r=1.0 - h_of(time, t_seg), p=p, acceleration_time=scaled
+            )
         else:
             self.say("START", mode, begin, r=1.0 - h_of(time, t_seg), p=p, acceleration_time=scaled)
         time += tick
@@ -125,14 +170,18 @@ def journey(
     master = Master(0.1, blend, drift, pre)
     legs = (*legs, ("JOINT", legs[-1][1]))  # the last one comes to rest
     # what the next segment is solved from: its goal, or where its curve begins
-    starts = [goal if mode == "JOINT" else before for (mode, goal), (_, before) in zip(legs, (("", 0.1), *legs))]
+    before = (0.1, *(goal for _, goal in legs))
+    starts = [
+        goal if mode == "JOINT" else begin
+        for (mode, goal), begin in zip(legs, before[:-1], strict=True)
+    ]
     master.rest(rest, starts[0])
     for (mode, goal), following in zip(legs, (*starts[1:], None), strict=True):
         master.segment(mode, goal, following, feed)
     master.rest(4)
     for k in lost:
         master.cycles[k]["omit"] = ["SETPOINT"]
-    return trace(name, master.cycles, begin=0.1, **{"from": "OPERATIONAL"})
+    return trace(name, master.cycles, begin=0.1)
 
 
 def young(cycles: int) -> Trace:
@@ -163,7 +212,7 @@ def slow(ticks: int, t_acc: float, name: str) -> Trace:
         state = "PRE" if near else "LINEAR"
         master.say(state, "CARTESIAN", curve(h), 0.25 if near else None, r=1.0 - h, p=0.0)
     master.say("START", "JOINT", curve(h + 0.002), 0.25, r=1.0, p=0.0, acceleration_time=t_acc)
-    for k in range(1, 40):
+    for k in range(1, 16):
         master.say("BLEND", "JOINT", 0.25, r=1.0 - 0.0001 * k * k, p=k / (2.0 * ticks))
     return trace(name, master.cycles, begin=0.1)
 
@@ -193,7 +242,9 @@ def transitions() -> list[Trace]:
         for k in range(1, 20):
             h = step * k / 0.1
             master.say("LINEAR", "JOINT", begin + 0.1, r=1.0 - h, p=0.0)
-        found.append(trace(f"Cartesian transition of a joint segment, {blend}", master.cycles, begin=0.1))
+        found.append(
+            trace(f"Cartesian transition of a joint segment, {blend}", master.cycles, begin=0.1)
+        )
     return found
 
 
@@ -209,7 +260,8 @@ def rests() -> list[Trace]:
             r -= 0.011 * math.exp(-k / 6.0)
             stopped.say("LINEAR", "JOINT", 0.3, r=r, p=0.0)
         stopped.at = 0.3 - 0.2 * r
-        stopped.rest(14, 0.2)
+        for _ in range(14):
+            stopped.say("IDLE", "JOINT", stopped.at, 0.2, r=0.4, p=0.0)
         stopped.segment("JOINT", 0.2, None, 1.0)
         found.append(trace(f"stopped before its goal, {blend}", stopped.cycles, begin=0.1))
         held = Master(0.1, blend)

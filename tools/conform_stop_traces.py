@@ -32,7 +32,7 @@ def homings() -> list[Trace]:
         homing("homing upwards", -0.9, 1.0),
         homing("homing downwards", 0.9, -1.0),
         homing("homing, the index seen before", -0.4, 1.0, travel=0),
-        homing("homing on a mirrored board", -0.9, 1.0, **MIRRORED),
+        homing("homing on a mirrored board", -0.9, 1.0, changes=MIRRORED),
         homing("homing, the joint behind its set-point", -0.6, 1.0, lag=0.004),
         homing("homing, the coarse position off", 0.5, -1.0, off=0.024),
     ]
@@ -45,7 +45,7 @@ def homing(
     travel: int = 40,
     lag: float = 0.0,
     off: float = 0.0,
-    **changes: float,
+    changes: dict[str, float] | None = None,
 ) -> Trace:
     """The joint moves until its index comes; it is held; it is enabled."""
     cycles: list[Cycle] = [
@@ -66,7 +66,7 @@ def homing(
     cycles += [*held(4, speed=0.0), *held(3, measured=last), *held(2, sync="READY")]
     cycles.append({"command": "START", "sync": "OPERATIONAL", "angle": last})
     cycles += [*held(3), *held(3, measured=counts(last + 0.002))]
-    return trace(name, cycles, dict(changes), begin=begin, **{"from": "PREOP"})
+    return {**trace(name, cycles, changes, begin=begin), "from": "PREOP"}
 
 
 def stops() -> list[Trace]:
@@ -92,15 +92,13 @@ def way(speed: float) -> float:
     return angle
 
 
-def stop(
-    name: str, speed: float, begin: float = 0.1, push: int = 0, **inputs: Any
-) -> Trace:
+def stop(name: str, speed: float, begin: float = 0.1, push: int = 0, **inputs: Any) -> Trace:
     """Up to a speed, QUICKSTOP, and on until it has settled; the joint lags a little."""
     motion = moved(run_up(speed, 24, begin), 0.001)
     motion[0].update(inputs)
     cycles = [*motion, {"command": "QUICKSTOP", "sync": "QUICKSTOP"}]
     at, v = motion[-1]["measured"], speed
-    for k in range(160 if push else 90):
+    for k in range(190 if push else 90):
         v = v - 8.0 * PERIOD_S * (1 if v > 0 else -1) if abs(v) > 8.0 * PERIOD_S else 0.0
         at += v * PERIOD_S
         if push and k == push:
@@ -121,11 +119,22 @@ def failings() -> list[Trace]:
         trace("SETPOINT lost for good", [{"rows": rows}, *start, *silent, *held(3)], begin=0.1),
         trace(
             "SETPOINT lost, fast",
-            [{"rows": rows}, *start, *[{"omit": ["SETPOINT"], "speed": codes(v)} for v in (0.5, 0.5, 0.5, 0.5, 0.5, 2.4, -2.4, 0.3, -0.3)]],
+            [
+                {"rows": rows},
+                *start,
+                *[
+                    {"omit": ["SETPOINT"], "speed": codes(v)}
+                    for v in (0.5, 0.5, 0.5, 0.5, 0.5, 2.4, -2.4, 0.3, -0.3)
+                ],
+            ],
             begin=0.1,
         ),
         trace("SETPOINT lost once", [*start, {"omit": ["SETPOINT"]}, *on[1:]], begin=0.1),
-        trace("SETPOINT lost twice", [*start, {"omit": ["SETPOINT"]}, {"omit": ["SETPOINT"]}, *on[2:]], begin=0.1),
+        trace(
+            "SETPOINT lost twice",
+            [*start, {"omit": ["SETPOINT"]}, {"omit": ["SETPOINT"]}, *on[2:]],
+            begin=0.1,
+        ),
         trace("MEASURE lost for good", [{"rows": rows}, *start, *blind], begin=0.1),
         trace("MEASURE lost twice", [*start, *blind[:2], *on[2:]], begin=0.1),
         trace("ERROR lost for good", [{"rows": rows}, *start, *deaf, *held(8)], begin=0.1),
@@ -141,5 +150,9 @@ def failings() -> list[Trace]:
             [*start, *[{**c, "measured": counts(c["angle"] - 0.05)} for c in on], *held(8)],
             begin=0.1,
         ),
-        trace("a set-point that steps", [*start, {**on[0], "angle": on[0]["angle"] + 0.3}, *held(8)], begin=0.1),
+        trace(
+            "a set-point that steps",
+            [*start, {**on[0], "angle": on[0]["angle"] + 0.3}, *held(8)],
+            begin=0.1,
+        ),
     ]

@@ -1,10 +1,11 @@
 """Write the numbers that ``rfms conform`` holds a node to: ``rfms_can/conform/vectors/*.json``.
 
-They are the Python node's own until an implementation that was written from docs/node.md alone makes
-them; ``rfms_can/conform/vectors/README.md`` has the format, which knows nothing of this program.
+They are the Python node's own until an implementation that was written from the documentation alone
+makes them; ``rfms_can/conform/vectors/README.md`` has the format, which knows nothing of this.
 """
 
 import json
+import math
 import random
 import struct
 from pathlib import Path
@@ -71,7 +72,7 @@ BENCH: Final = {
     "STUCK_TIME": 0.1,
     "HOMING_TIME": 3.0,
 }
-"""A joint that none of the arms has, so that the law is the same for all six; the 260's geometry."""
+"""A joint that no arm has, so that the law is the same for all six; the 260's geometry."""
 
 
 TRACES: Final = {
@@ -156,7 +157,7 @@ def solved(arm: Arm, pose: Transform, code: int) -> dict[str, Any]:
     entry = told(pose, code)
     received = Transform.from_o_a_p(entry["o"], entry["a"], entry["p"])
     angles = [JointSolver(arm, j, WIRE).solve(received, CONFIGURATIONS[code], 0.0) for j in JOINTS]
-    return {**entry, "angles": [None if a != a else a for a in angles]}
+    return {**entry, "angles": [None if math.isnan(a) else a for a in angles]}
 
 
 STRAIGHT: Final = ((0.3, 0.7, 0.4, 0.5), (-0.4, 1.1, -0.8, -1.2), (0.9, 0.4, 1.3, 0.2))

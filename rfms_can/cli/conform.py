@@ -44,9 +44,7 @@ def conform(
     bus: Annotated[str, typer.Option(help=f"{GRAMMAR}; sim: our own node")] = "hub:rfms",
     kind: Annotated[
         Kind,
-        typer.Option(
-            "--class", help="bus; sensor: takes MEASURE from the bus; axis: free to move"
-        ),
+        typer.Option("--class", help="bus; sensor: takes MEASURE from the bus; axis: free to move"),
     ] = Kind.BUS,
     check: Annotated[
         list[str] | None, typer.Option(help="number of a check; repeatable; else all")

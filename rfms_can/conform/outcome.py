@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rfms_can.errors import RfmsError
 
 
-class CheckFailed(RfmsError):
+class CheckFailed(RfmsError):  # noqa: N818 (a verdict, no error of ours)
     """The node did not answer as required.
 
     Attributes:
@@ -24,7 +24,7 @@ class NodeSilent(CheckFailed):
     """The node does not answer at all: no further check would say more."""
 
 
-class CheckSkipped(RfmsError):
+class CheckSkipped(RfmsError):  # noqa: N818 (a verdict, no error of ours)
     """This line cannot do what the check needs."""
 
 

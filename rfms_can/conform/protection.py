@@ -18,7 +18,7 @@ def crc(data: bytes, data_id: int) -> int:
 
 
 def sealed(identifier: int, body: bytes | bytearray, counter: int, data_id: int) -> Frame:
-    """A frame whose header says ``counter`` and fits its ``body`` (header included, not yet set)."""
+    """A frame around a ``body`` whose header, not yet set, says ``counter`` then."""
     data = bytearray(body)
     data[2] = counter & 0xFF
     data[0:2] = crc(bytes(data), data_id).to_bytes(2, "little")

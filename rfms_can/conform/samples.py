@@ -147,7 +147,8 @@ def _wrong_values(signal: Signal) -> Iterator[tuple[int, float]]:
 def _raw(signal: Signal, value: float) -> int:
     if signal.is_float:
         return int.from_bytes(_FLOAT.pack(value), "little")
-    return round((value - signal.conversion.offset) / signal.conversion.scale)
+    raw: float = (value - signal.conversion.offset) / signal.conversion.scale
+    return round(raw)
 
 
 def _beyond(bound: float, direction: int) -> float:

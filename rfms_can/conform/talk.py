@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, NoReturn
 
 from rfms_can.conform.lines import Line
 from rfms_can.conform.outcome import CheckFailed, NodeSilent
@@ -226,7 +226,7 @@ class Talk:
         return self.settle()
 
     def listen(self) -> Answers:
-        """What the node sends without being asked for a HEARTBEAT; on a port, in the time of quiet."""
+        """What the node sends unasked; on a port, until it has been quiet."""
         self._read_all(0 if self.line.virtual else self.line.now_ns + LISTEN_NS)
         return self.came()
 
@@ -271,7 +271,7 @@ class Talk:
         if expected is not None and data[2] != expected:
             self.fail(f"{codec.name} with counter {data[2]}", f"counter {expected}")
         self._expected[frame.id] = data[2] + 1 & 0xFF
-        values = codec.unpack(data)
+        values: Any = codec.unpack(data)
         if values is None:
             self.fail(f"{codec.name} {data.hex()}", "values in the ranges of the DBC")
         if name == "HEARTBEAT":
@@ -305,7 +305,7 @@ class Talk:
             return f"{frame.id:#05x}#{frame.data.hex()}"
         return f"{codec.name}{_words(values)}"
 
-    def fail(self, got: str, want: str) -> Any:
+    def fail(self, got: str, want: str) -> NoReturn:
         """End the check."""
         raise CheckFailed(self.told(), got, want)
 

@@ -292,11 +292,12 @@ class Tester(Talk):
         """SETPOINT_1 at rest, the angle told in JOINT_SETPOINT; ``changes`` by field."""
         cycle = self.cycle if cycle is None else cycle
         rest = self.vectors.rest_pose
-        values = Setpoint(
+        told: tuple[float, ...] = (
             *(*rest.o, *rest.a, *rest.p, 0.0, 0.0, 0.2),
-            *(0, 0, rest.configuration, 1, cycle & 0xFFFFFFFF, 0, 1, extras),
-        )._replace(**changes)
-        return self.frame(Setpoint, 1, *values)
+            *(0, 0, rest.configuration, 1, cycle & 0xFFFFFFFF, 0, 1, extras, 0),
+        )
+        values = {**dict(zip(Setpoint._fields, told, strict=True)), **changes}
+        return self.frame(Setpoint, 1, *values.values())
 
     def angles_frame(
         self, angle: float, which: int = 1, cycle: int | None = None, joints: int | None = None

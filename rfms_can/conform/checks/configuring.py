@@ -10,6 +10,7 @@ from rfms_can.wire.records import Config, ConfigAck
 from rfms_can.wire.vocabulary import Command, ConfigStatus, NodeState, Parameter
 
 P = Parameter
+
 UNKNOWN: Final = (40, 63, 88, 100, 191, 192, 254)
 """Numbers that contract 2.0 has no name for."""
 LARGEST: Final = 1e9
@@ -89,7 +90,7 @@ def each_parameter(t: Tester) -> None:
     committed(t, ConfigStatus.TAKEN, "that repeats the set in force")
     for sets in read("hashes"):
         t.to_preop()
-        values = {P[name]: value for name, value in sets["parameters"].items()}
+        values = {Parameter[name]: value for name, value in sets["parameters"].items()}
         send_all(t, values)
         committed(t, ConfigStatus.TAKEN, f"of {sets['name']}")
         t.equal(held(t), sets["hash"], f"hash of {sets['name']}")
@@ -101,7 +102,7 @@ def ranges(t: Tester) -> None:
     bench = t.bench()
     send_all(t, bench)
     for name, told in read("ranges").items():
-        parameter = P[name]
+        parameter = Parameter[name]
         for value in _inside(told):
             status(t, send(t, parameter, value), ConfigStatus.TAKEN, f"{name} {value:g}")
         status(t, send(t, parameter, bench[parameter]), ConfigStatus.TAKEN, name)

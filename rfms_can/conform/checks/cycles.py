@@ -159,7 +159,7 @@ def whole_setpoint(t: Tester) -> None:
 
 
 def surplus(t: Tester) -> None:
-    """A second pose that SETPOINT_1 does not announce, and a bit that contract 2.0 has no name for."""
+    """A second pose that SETPOINT_1 does not announce; a bit of extras without a name."""
     t.operational()
     parts = _parts(t)
     t.sync()
@@ -317,6 +317,7 @@ def rows_in_force(t: Tester) -> None:
     t.near(torque(7), 1.2, scale, "torque with set 7")
     send(8, -0.9)
     t.near(torque(7), 1.2, scale, "torque while set 8 arrives")
+    t.equal(t.state_is(S.OPERATIONAL).error_register, 0, "error register")
     t.near(torque(9), 1.2, scale, "torque when SYNC names a set that did not come")
     t.near(torque(8), -0.9, scale, "torque with set 8")
     send(255, 0.6)

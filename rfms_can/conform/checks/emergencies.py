@@ -65,5 +65,3 @@ def step_limit(t: Tester) -> float:
     """Largest step of a set-point or an encoder in a cycle, rad."""
     p = t.parameters
     return 1.5 * p[Parameter.SPEED_LIMIT] * p[Parameter.PERIOD]
-
-

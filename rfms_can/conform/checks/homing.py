@@ -61,9 +61,7 @@ def _found_at(t: Tester, theta: float, away: int, off_by: float) -> None:
     t.measure()
     place = (t.counts() - t.zero) // t.interval + away
     t.one(
-        t.reference(
-            coarse=t.coarse_code(theta + off_by), index_counts=place * t.interval + t.zero
-        ),
+        t.reference(coarse=t.coarse_code(theta + off_by), index_counts=place * t.interval + t.zero),
         "DAC",
     )
     t.state_is(S.READY)

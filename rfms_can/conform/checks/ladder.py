@@ -217,7 +217,7 @@ def measure_lost_in_a_stop(t: Tester) -> None:
 
 
 def error_lost(t: Tester) -> None:
-    """The ERROR of each other joint: two cycles are held, three stop; the first that lacks is named."""
+    """The ERROR of each other joint: two cycles are held, three stop; the first is named."""
     others = [j for j in JOINTS if j != t.joint]
     for lacking in (*((j,) for j in others), (others[1], others[3]), tuple(others)):
         operational(t)
@@ -289,7 +289,7 @@ def while_homing(t: Tester) -> None:
 
 
 def setpoint_step(t: Tester) -> None:
-    """A step of 0.3 rad: none of it acts. A step just inside the bound is taken, after a hold twice."""
+    """Nothing of a step beyond the bound acts; one just inside is taken. Holding widens it."""
     for sign in (1.0, -1.0):
         for held in range(3):
             for part, refused in ((0.995, False), (1.005, True), (25.0, True)):
@@ -335,7 +335,7 @@ def too_far(t: Tester) -> None:
 
 
 def encoder_jump(t: Tester) -> None:
-    """Beyond what a joint can do in a cycle the encoder is predicted, twice; then the joint stops."""
+    """A step that no joint can make is predicted over, twice; then the joint stops."""
     for sign in (1.0, -1.0):
         operational(t)
         bound = step_limit(t)
@@ -371,6 +371,44 @@ def encoder_jump(t: Tester) -> None:
             tolerance=1e-5,
         )
         noted(t, S.QUICKSTOP, F.ENCODER_GLITCH)
+
+
+def encoder_unseen(t: Tester) -> None:
+    """After a cycle without MEASURE an encoder may have gone twice as far."""
+    for sign in (1, -1):
+        operational(t)
+        inside = int(1.95 * step_limit(t) / count(t))
+        t.sync()
+        t.setpoint()
+        t.errors()
+        t.sync()
+        t.measure(counts=t.counts() + sign * inside)
+        error: JointError = t.one(t.setpoint(), "ERROR")
+        t.near(error.error, -sign * inside * count(t), 1e-6, "error after a cycle without MEASURE")
+        noted(t, S.OPERATIONAL, F.MEASURE_MISSING)
+        operational(t)
+        t.speed = 0.1
+        t.run(1)
+        for number in (1, 2):
+            t.sync()
+            t.measure(counts=t.counts() + sign * 400 * number)
+            t.setpoint()
+            t.errors()
+        t.sync()
+        t.setpoint()
+        t.errors()
+        t.sync()
+        answers = t.measure(counts=t.counts() + sign * 1600)
+        moved = 2.0 * t.measured_speed * t.parameters[Parameter.PERIOD]
+        emergency(
+            *(t, answers, F.ENCODER_GLITCH),
+            culprit=PLANT,
+            frame=t.codec(Measure, t.joint).id,
+            value=sign * 1600 * count(t) - moved,
+            bound=2.0 * step_limit(t),
+            others=(F.MEASURE_MISSING,),
+            tolerance=1e-5,
+        )
 
 
 def encoder_returns(t: Tester) -> None:
@@ -437,7 +475,8 @@ def end_of_range(t: Tester) -> None:
 
 def no_sync(t: Tester) -> None:
     """By the node's own clock: overdue after 1.5 of what CONFIG says, then once each."""
-    for clock, period in ((2.0, Parameter.PERIOD), (1.0, Parameter.BARRIER), (0.0, Parameter.PERIOD)):
+    clocks = (2.0, Parameter.PERIOD), (1.0, Parameter.BARRIER), (0.0, Parameter.PERIOD)
+    for clock, period in clocks:
         if not t.line.virtual and clock == 0.0:
             continue
         _no_sync(t, {Parameter.CLOCK: clock, period: 0.1})

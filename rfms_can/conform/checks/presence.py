@@ -57,43 +57,38 @@ def asked(t: Tester, node: int = 0, argument: int = 0) -> Answers:
     return t.command(Command.ANNOUNCE, node, argument)
 
 
-def counter_rule(t: Tester) -> None:
-    """The one rule, on CONFIG, of which each frame that is taken is answered."""
-    t.to_preop()
-    before = t.beat().discarded
-    refused = 0
+class _Counters:
+    """CONFIG with counters of choice, of which each that is taken is answered."""
 
-    def ask(taken: bool, why: str) -> int:
-        """CONFIG with the next counter; the frames that were discarded since the beginning."""
-        t.send(t.frame(Config, t.joint, UNKNOWN_PARAMETER, 0, 1.0, 0))
-        discarded = t.beat().discarded - before  # no other CONFIG may come in between
-        t.only(t.came(), ("CONFIG_ACK",) if taken else (), why)
-        return discarded
+    def __init__(self, t: Tester) -> None:
+        self._t = t
+        self._before = t.beat().discarded
+        self._refused = 0
 
-    def step(steps: int, taken: bool, why: str) -> None:
-        nonlocal refused
+    def step(self, steps: int, taken: bool, why: str) -> None:
+        """A frame so many ahead of the one taken last."""
+        t = self._t
         t.skip_counter(Config, t.joint, steps - 1)
-        discarded = ask(taken, why)
+        t.send(t.frame(Config, t.joint, UNKNOWN_PARAMETER, 0, 1.0, 0))
+        discarded = t.beat().discarded - self._before  # no other CONFIG may come in between
+        t.only(t.came(), ("CONFIG_ACK",) if taken else (), why)
         if not taken:
-            refused += 1
+            self._refused += 1
             t.skip_counter(Config, t.joint, -steps)
-        t.equal(discarded, refused, f"discarded frames after {why}")
+        t.equal(discarded, self._refused, f"discarded frames after {why}")
 
-    def strays(first: int, count: int, apart: int = 1) -> None:
-        """Frames out of step, the last of which is taken."""
-        at = first
+    def strays(self, first: int, count: int, apart: int = 1) -> None:
+        """Frames out of step in a row, the last of which is taken."""
         for number in range(1, count + 1):
-            t.skip_counter(Config, t.joint, at - 1)
-            last = number == count
             why = f"frame {number} out of step of {count}"
-            discarded = ask(last, why)
-            if not last:
-                nonlocal refused
-                refused += 1
-                t.skip_counter(Config, t.joint, -at)
-            t.equal(discarded, refused, f"discarded frames after {why}")
-            at += apart
+            self.step(first + (number - 1) * apart, number == count, why)
 
+
+def counter_rule(t: Tester) -> None:
+    """The one rule, on CONFIG."""
+    t.to_preop()
+    counters = _Counters(t)
+    step, strays = counters.step, counters.strays
     t.send(t.frame(Nmt, None, Command.RESET, 0, 0))
     step(120, True, "the first frame after RESET, whatever its counter")
     step(0, False, "the same frame again")
