@@ -78,9 +78,19 @@ def traces() -> list[Trace]:
         slow(1400, 5.6, "transition of 1400 cycles"),
         slow(2800, 11.2, "transition of 2800 cycles"),
         slow(256, 1.024, "transition of 256 cycles"),
+        slow(257, 1.028, "transition of 257 cycles"),
         slow(1500, 6.0, "transition of 1500 cycles"),
         slow(3000, 12.0, "transition of 3000 cycles"),
         *(young(n) for n in (0, 1, 2, 3, 7, 8, 9, 10, 11)),
+        journey(
+            "hand-overs one soon after the other",
+            "CONTINUOUS",
+            ("CARTESIAN", 0.3),
+            ("CARTESIAN", 0.1),
+            ("JOINT", 0.25),
+            times=(0.2, 0.42),
+            pre=3,
+        ),
         *transitions(),
         *rests(),
     ]
@@ -95,6 +105,7 @@ class Master:
         self.blend = blend
         self.drift = drift
         self.pre = pre
+        self.t_acc, self.t_seg = T_ACC, T_SEG
         self.k = 0
 
     def say(self, state: str, mode: str, q1: float, q2: float | None = None, **more: Any) -> None:
@@ -111,11 +122,9 @@ class Master:
         for _ in range(count):
             self.say("IDLE", "JOINT", self.at, second, r=0.0, p=0.0)
 
-    def segment(
-        self, mode: str, goal: float, following: float | None, feed: float, t_seg: float = T_SEG
-    ) -> None:
+    def segment(self, mode: str, goal: float, following: float | None, feed: float) -> None:
         """From -t_acc to t_seg - t_acc; ``following``: where the next one starts from, as T6_1."""
-        begin, t_acc, tick = self.at, T_ACC, PERIOD_S * feed
+        begin, t_acc, t_seg, tick = self.at, self.t_acc, self.t_seg, PERIOD_S * feed
         curve = path(begin, goal)
         elapsed = 0.0 if feed == 1.0 else 0.35 * tick
         time = -t_acc + elapsed
@@ -123,14 +132,27 @@ class Master:
         p = elapsed / (2.0 * t_acc)
         if mode == "JOINT":
             self.say(
-                "START", mode, begin, goal, r=1.0 - h_of(time, t_seg), p=p, acceleration_time=scaled
+                "START",
+                mode,
+                begin,
+                goal,
+                r=1.0 - h_of(time, t_seg, t_acc),
+                p=p,
+                acceleration_time=scaled,
             )
         else:
-            self.say("START", mode, begin, r=1.0 - h_of(time, t_seg), p=p, acceleration_time=scaled)
+            self.say(
+                "START",
+                mode,
+                begin,
+                r=1.0 - h_of(time, t_seg, t_acc),
+                p=p,
+                acceleration_time=scaled,
+            )
         time += tick
         while time < t_seg - t_acc - 1e-9:
             p = min(1.0, (time + t_acc) / (2.0 * t_acc))
-            h = h_of(time, t_seg)
+            h = h_of(time, t_seg, t_acc)
             q1 = goal if mode == "JOINT" else curve(h)
             left = round((t_seg - t_acc - time) / tick)
             if time < t_acc - 1e-9:
@@ -143,7 +165,7 @@ class Master:
         self.at = goal
 
 
-def h_of(time: float, t_seg: float, t_acc: float = T_ACC) -> float:
+def h_of(time: float, t_seg: float, t_acc: float) -> float:
     """The segment parameter: (3.15) of the thesis up to t_acc, then linear."""
     if time >= t_acc:
         return time / t_seg
@@ -165,9 +187,11 @@ def journey(
     pre: int = 12,
     lost: tuple[int, ...] = (),
     rest: int = 12,
+    times: tuple[float, float] = (T_ACC, T_SEG),
 ) -> Trace:
     """Some segments one after the other, and to rest at the last goal."""
     master = Master(0.1, blend, drift, pre)
+    master.t_acc, master.t_seg = times
     legs = (*legs, ("JOINT", legs[-1][1]))  # the last one comes to rest
     # what the next segment is solved from: its goal, or where its curve begins
     before = (0.1, *(goal for _, goal in legs))
@@ -227,7 +251,8 @@ def transitions() -> list[Trace]:
             p = k / 40.0
             master.say("LINEAR", "CARTESIAN", 0.1 + 0.06 * p**3, r=1.0 - p, p=p)
         master.at = 0.16
-        master.rest(5)
+        master.rest(3, 0.25)
+        master.segment("JOINT", 0.25, None, 1.0)
         found.append(trace(f"Cartesian transition out of rest, {blend}", master.cycles, begin=0.1))
         master = Master(0.1, blend)
         master.rest(12, 0.3)
@@ -270,7 +295,9 @@ def rests() -> list[Trace]:
         held.say("START", "JOINT", 0.2, 0.3, r=1.0, p=0.0, acceleration_time=T_ACC)
         for k in range(1, 16):
             p = min(k, 12) / 40.0
-            held.say("BLEND", "JOINT", 0.3, r=1.0 - h_of(2.0 * T_ACC * p - T_ACC, T_SEG), p=p)
+            held.say(
+                "BLEND", "JOINT", 0.3, r=1.0 - h_of(2.0 * T_ACC * p - T_ACC, T_SEG, T_ACC), p=p
+            )
         held.at = 0.195
         held.rest(4, 0.25)
         held.segment("JOINT", 0.25, None, 1.0)

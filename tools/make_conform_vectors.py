@@ -83,6 +83,10 @@ TRACES: Final = {
 """Files of traces, and what is played."""
 
 
+REST: Final = (0.3, 0.9, -2.4, 0.4, -0.9, 0.5)
+"""Angles of the bench's pose at rest, rad."""
+
+
 def float32(value: float) -> float:
     """A number as it travels."""
     rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
@@ -96,6 +100,7 @@ def main() -> None:
     write("arms", {arm.name: parameters(arm) for arm in ARMS.values()})
     write("inverse", {arm.name: inverse(arm) for arm in ARMS.values()})
     write("straight", [straight(*case) for case in STRAIGHT])
+    write("turns", {str(joint): turning(joint) for joint in JOINTS})
     write("hashes", hashes())
     write("ranges", ranges())
     for file, traces in TRACES.items():
@@ -119,8 +124,7 @@ def bench_parameters() -> dict[str, float]:
 
 def bench() -> dict[str, Any]:
     """The bench: parameters, and a pose at rest."""
-    q = (0.3, 0.9, -2.4, 0.4, -0.9, 0.5)
-    rest = solved(PUMA_260, direct(PUMA_260, q), configuration_of(PUMA_260, q).code)
+    rest = solved(PUMA_260, direct(PUMA_260, REST), configuration_of(PUMA_260, REST).code)
     return {"parameters": bench_parameters(), "rest": rest}
 
 
@@ -174,6 +178,21 @@ def straight(q1: float, q2: float, q4: float, q6: float) -> dict[str, Any]:
         "angles": list(q),
         "bent": {**told(direct(PUMA_260, bent), code), "angles": list(bent)},
     }
+
+
+TURN_STEP: Final = 0.75
+"""Between the poses of a joint that turns, rad."""
+
+
+def turning(joint: int) -> list[dict[str, Any]]:
+    """Poses of the 260 with one joint turning on, and its angle, over more than a turn."""
+    poses = []
+    for k in range(11):
+        q = list(REST)
+        q[joint - 1] += TURN_STEP * k - 3.1
+        code = configuration_of(PUMA_260, q).code
+        poses.append({**told(direct(PUMA_260, q), code), "angle": q[joint - 1]})
+    return poses
 
 
 def hashes() -> list[dict[str, Any]]:

@@ -5,6 +5,8 @@ from enum import Enum
 from typing import Final, NamedTuple
 
 from rfms_can.conform.checks import (
+    angles,
+    clock,
     configuring,
     cycles,
     homing,
@@ -12,6 +14,7 @@ from rfms_can.conform.checks import (
     presence,
     refusals,
     safety,
+    steps,
     tracing,
 )
 from rfms_can.conform.tester import Tester
@@ -225,6 +228,13 @@ CHECKS: Final[tuple[Check, ...]] = (
         cycles.start,
     ),
     Check(
+        "26b",
+        "START within a cycle, after the others' errors",
+        "they count for nothing",
+        S,
+        cycles.start_within_a_cycle,
+    ),
+    Check(
         "27",
         "SYNC 0 with the set-point where it stands",
         "error 0, rate = -velocity, acceleration 0, tag 0",
@@ -264,21 +274,28 @@ CHECKS: Final[tuple[Check, ...]] = (
         "random poses of each arm in all configurations, unreachable ones",
         "angle to 1e-6 rad; quiet",
         S,
-        cycles.solved,
+        angles.solved,
     ),
     Check(
         "31b",
         "JOINT_SETPOINT with and without the joint's bit, at the ends of its range",
         "its angle; else that of the pose",
         S,
-        cycles.by_whom,
+        angles.by_whom,
     ),
     Check(
         "31c",
         "a straight wrist, joint 4 told and not told",
         "joint 4 there or as it was; 1e-6 rad",
         S,
-        cycles.straight_wrist,
+        angles.straight_wrist,
+    ),
+    Check(
+        "31d",
+        "poses through more than a turn: at rest, to a far goal, along a path",
+        "the turn goes on from the pose solved last; 1e-6 rad",
+        S,
+        angles.turns,
     ),
     Check(
         "32",
@@ -361,9 +378,9 @@ CHECKS: Final[tuple[Check, ...]] = (
         "set-point steps inside and beyond the bound, after 0 to 2 held cycles",
         "taken; EMCY at once, none of the step acts, QUICKSTOP",
         S,
-        ladder.setpoint_step,
+        steps.setpoint_step,
     ),
-    Check("39b", "an error beyond 2 rad", "as a step", S, ladder.too_far),
+    Check("39b", "an error beyond 2 rad", "as a step", S, steps.too_far),
     Check(
         "39c", "the stop after a step", "never faster than the joint was", S, None, pending=LATER
     ),
@@ -372,38 +389,38 @@ CHECKS: Final[tuple[Check, ...]] = (
         "encoder jumps inside and beyond the bound",
         "taken; two cycles predicted, then EMCY, QUICKSTOP",
         S,
-        ladder.encoder_jump,
+        steps.encoder_jump,
     ),
     Check(
-        "40b", "two jumps, one good sample, three times over", "goes on", S, ladder.encoder_returns
+        "40b", "two jumps, one good sample, three times over", "goes on", S, steps.encoder_returns
     ),
     Check(
         "40c",
         "encoder steps and jumps after a cycle without MEASURE",
         "twice as far is taken; EMCY with twice the bound",
         S,
-        ladder.encoder_unseen,
+        steps.encoder_unseen,
     ),
     Check(
         "40d",
         "the end of the range, passed and rushed at",
         "torque off 0.05 rad beyond; a stop in time",
         S,
-        ladder.end_of_range,
+        steps.end_of_range,
     ),
     Check(
         "41",
         "no SYNC, by the clock that CONFIG tells, BARRIER in lockstep",
         "EMCY at 3, 5, 25 periods, each after half of one more",
         S,
-        ladder.no_sync,
+        clock.no_sync,
     ),
     Check(
         "41b",
         "two SYNCs lost, again and again; none in READY, PREOP, HOMING",
         "goes on; nothing; PREOP",
         S,
-        ladder.sync_returns,
+        clock.sync_returns,
     ),
     Check(
         "41c",
@@ -418,7 +435,7 @@ CHECKS: Final[tuple[Check, ...]] = (
         "SYNC skips 1, 2, 4 and 9 numbers",
         "goes on; steps may be larger, up to 4 cycles'",
         S,
-        ladder.numbers_skipped,
+        clock.numbers_skipped,
     ),
     Check(
         "43",
