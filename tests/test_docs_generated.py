@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import draw_campaign
 import draw_cli
+import draw_conform
 import draw_corners
 import draw_link
 import draw_link_campaign
@@ -25,6 +26,7 @@ from rfms_can.wire.codec import load_database
     [
         ("draw_campaign.py", "peg-campaign.md", draw_campaign.render),
         ("draw_cli.py", "command-line.md", draw_cli.render),
+        ("draw_conform.py", "conform.md", draw_conform.render),
         ("draw_corners.py", "corners.md", draw_corners.render),
         ("draw_link.py", "link.md", draw_link.render),
         ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),

@@ -38,6 +38,9 @@ TESTS = {
 }
 """pytest's arguments for each group; tests of many processes have the processors to themselves."""
 
+JOINT = "3"
+"""The joint that stands before the conformance suite; tests have the others."""
+
 HOW_TO_GET_VCAN = """\
     Debian:  sudo apt-get install user-mode-linux can-utils iproute2
     Ubuntu:  sudo apt-get install linux-modules-extra-$(uname -r) can-utils iproute2"""
@@ -97,6 +100,13 @@ def skipped(report: Path) -> tuple[str, ...]:
         for case in ET.parse(report).iter("testcase")
         for reason in case.findall("skipped")
     )
+
+
+def run_conformance() -> Outcome:
+    """Our joint before the conformance suite; its checks go to conform.xml."""
+    report = str(RESULTS / "conform.xml")
+    words = ["conform", JOINT, "--bus", "sim", "--class", "sensor", "--junit", report]
+    return run("conformance", [str(BIN / "rfms"), *words])
 
 
 def vcan_tests() -> list[str]:
@@ -167,6 +177,7 @@ def main() -> int:
         for stale in RESULTS.glob("*.xml"):
             stale.unlink()
         outcomes += [run_pytest(name, arguments) for name, arguments in TESTS.items()]
+        outcomes.append(run_conformance())
         outcomes.append(run_on_vcan0(os.environ.get("RFMS_REQUIRE_VCAN") == "1"))
     return 0 if summarise(outcomes) else 1
 

@@ -77,6 +77,11 @@ class SimulatedBus:
         """Traffic since the start, or since ``reset_statistics``."""
         return self._medium.statistics
 
+    @property
+    def idle(self) -> bool:
+        """Whether no frame is on the wire and none waits for it."""
+        return self._medium.sending is None and not self._medium.pending
+
     def reset_statistics(self) -> None:
         """Start new statistics; the object returned before keeps the old counts."""
         self._medium.statistics = BusStatistics(since_ns=self.now_ns)

@@ -9,6 +9,7 @@ from rich.console import Console
 from rfms_can import __version__
 from rfms_can.cli.budget import budget
 from rfms_can.cli.campaign import campaign
+from rfms_can.cli.conform import conform
 from rfms_can.cli.coordinate import coordinate
 from rfms_can.cli.demo import demo
 from rfms_can.cli.doctor import doctor
@@ -48,6 +49,7 @@ for _verb in (
     gripper,
     plant,
     hub,
+    conform,
     kin,
     budget,
     stability,

@@ -183,7 +183,7 @@ class JointController:
         self._decide()
         if inputs.dac_due:
             self._count_missed_cycle()
-        elif self.action.expects_setpoint:
+        elif inputs.setpoint_due:
             if inputs.setpoint is None:
                 node.miss(FaultCode.SETPOINT_MISSING, self._master)
             else:
@@ -200,7 +200,7 @@ class JointController:
         else:
             cause = self._master._replace(frame=node.wire.id(Rows, node.number))
             node.miss(FaultCode.ROWS_MISSING, cause)
-        inputs.begin(self.action.owes_dac)
+        inputs.begin(self.action.owes_dac, self.action.expects_setpoint)
 
     def step(self) -> None:
         """The cycle, as far as the frames received so far allow; called after each of them."""
@@ -429,9 +429,10 @@ class JointController:
         if begin is not None:
             begin(self)
 
-    def _forget_rows(self) -> None:
-        """A master that starts over numbers its sets from the beginning."""
+    def _forget_cycle(self) -> None:
+        """A master that starts over numbers its sets from the beginning, and owes no cycle."""
         self._rows.clear()
+        self._inputs.begin(dac_due=False)
 
     def _begin_homing(self) -> None:
         self._runaway.reset()
@@ -486,7 +487,7 @@ class JointController:
 _ENTRY: Final = complete(
     {
         NodeState.INIT: None,
-        NodeState.PREOP: JointController._forget_rows,
+        NodeState.PREOP: JointController._forget_cycle,
         NodeState.HOMING: JointController._begin_homing,
         NodeState.READY: None,
         NodeState.OPERATIONAL: JointController._begin_servo,

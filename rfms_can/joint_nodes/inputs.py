@@ -30,6 +30,7 @@ class CycleInputs:
         heard: bits of the joints whose error is known; bit 0 is joint 1.
         servoed: whether the six errors have been acted on.
         dac_due: whether the cycle owes a DAC frame that has not gone out yet.
+        setpoint_due: whether SETPOINT_1 is missed at the next SYNC where no DAC frame is owed.
         sampled_in: cycle of the last sample, low byte, as the plant counts: also where SYNC fails.
     """
 
@@ -50,6 +51,7 @@ class CycleInputs:
         "second_setpoint",
         "servoed",
         "setpoint",
+        "setpoint_due",
     )
 
     def __init__(self) -> None:
@@ -59,7 +61,7 @@ class CycleInputs:
         self.accelerations = [0.0] * len(JOINTS)
         self.begin(dac_due=False)
 
-    def begin(self, dac_due: bool) -> None:
+    def begin(self, dac_due: bool, setpoint_due: bool = False) -> None:
         """A new cycle: nothing has been received; frames of the cycle before are of no use."""
         self.setpoint: Setpoint | None = None
         self.second_setpoint: Setpoint | None = None
@@ -73,6 +75,7 @@ class CycleInputs:
         self.heard = 0
         self.servoed = False
         self.dac_due = dac_due
+        self.setpoint_due = setpoint_due
 
     def start(self) -> None:
         """The joint is enabled within a cycle: its errors so far, and its DAC frame, count for
@@ -80,7 +83,7 @@ class CycleInputs:
         zero = [0.0] * len(JOINTS)
         self.errors[:] = self.rates[:] = self.accelerations[:] = zero
         self.servoed = self.heard == ALL_ERRORS
-        self.dac_due = False
+        self.dac_due = self.setpoint_due = False
 
     def take_error(self, index: int, error: float, rate: float, acceleration: float) -> None:
         """One of the six errors is known."""

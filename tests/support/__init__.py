@@ -20,6 +20,7 @@
 ``golden``             reads ``tests/golden``, and compares with it
 ``plain_node``         the node's handbook once more, line for line: a joint by its formulas alone
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it
+``conform``            the conformance suite on nodes of this process
 ``programs``           programs as files, moves drawn at random
 =====================  =============================================================================
 """
