@@ -71,7 +71,11 @@ def _name(name: str, values: Any) -> str:
 def _outputs(answers: Answers, node: JointNode, terms: ServoTerms | None) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for error in answers.of("ERROR"):
-        out["error"] = [_digits(x) for x in (error.error, error.error_rate, error.acceleration)]
+        out["error"] = [
+            round(error.error, 9),
+            round(error.error_rate, 6),
+            round(error.acceleration, 4),
+        ]
     if terms is not None and answers.of("DAC"):
         out["torque"] = _digits(node.torque - terms.bias)
         out["force"] = _digits(terms.bias)

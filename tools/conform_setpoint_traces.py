@@ -262,7 +262,7 @@ def transitions() -> list[Trace]:
         here, step = 0.3 - 0.2 * r, 0.2 * PERIOD_S / T_SEG
         for k in range(1, 41):
             master.say("LINEAR", "CARTESIAN", here + step * k, r=r, p=k / 40.0)
-        begin = here + step * 41
+        begin = here + step * 41 + 0.002  # a step that START must not hide
         master.say("START", "JOINT", begin, begin + 0.1, r=1.0, p=1.0, acceleration_time=T_ACC)
         for k in range(1, 20):
             h = step * k / 0.1
