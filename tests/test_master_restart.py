@@ -118,7 +118,8 @@ def fleet_of_two_masters(wire: Wire) -> Fleet:
     fleet.pump.run_until(lambda: fleet.joints[3].state is NodeState.PREOP)
     fleet.joints[3].state = NodeState.OPERATIONAL
     fleet.pump.lose(lambda frame, node: frame.id == fleet.id(Nmt) and node is fleet.joints[3])
-    fleet.pump.post(fleet.joints[3].on_frame(fleet.wire.sender(Nmt).frame(0, 0, 0), 0))
+    joint = fleet.joints[3]
+    fleet.pump.post(joint.on_frame(fleet.wire.sender(Nmt).frame(0, 0, 0), 0), joint)
     return fleet
 
 

@@ -1,5 +1,6 @@
 """Motion: what programs ask for, and the set-point of the next cycle, checked before it is sent."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
@@ -56,6 +57,7 @@ class Motion:
         blend: matching polynomial of transitions.
         vet: says why force control refuses the request of a move, or None.
         replans: moves that a redefinition may plan again in one cycle, at most.
+        effort: poses that may be solved for one request.
 
     Attributes:
         force_request: of the move in progress; None before the first.
@@ -68,7 +70,13 @@ class Motion:
     """
 
     def __init__(
-        self, arm: Arm, period_s: float, blend: Blend, vet: Vet, replans: int = MAX_QUEUE
+        self,
+        arm: Arm,
+        period_s: float,
+        blend: Blend,
+        vet: Vet,
+        replans: int = MAX_QUEUE,
+        effort: float = math.inf,
     ) -> None:
         self._arm = arm
         self._period = period_s
@@ -76,7 +84,7 @@ class Motion:
         self.following = Following(arm, period_s, blend)
         self.commanded = self.following.commanded
         self.generator = TrajectoryGenerator(period_s, blend)
-        self.planner = MovePlanner(arm, period_s)
+        self.planner = MovePlanner(arm, period_s, effort)
         self._sequence = 0
         self.world = WorldModel(Configuration(True, True, True), period_s)
         self._moves = AcceptedMoves()
@@ -138,6 +146,7 @@ class Motion:
         if self._untold is not None:
             untold, self._untold = self._untold, None
             raise TrackingError(f"stopped short: {untold}")
+        self.planner.effort.begin()
         act = self._acts.get(type(message))
         if act is None:
             raise ProgramError(f"{type(message).__name__} is not a request for motion")

@@ -115,7 +115,8 @@ class MasterNode(Endpoint):
         force_settings = ForceSettings(settings.law, settings.closed, settings.friction, gains)
         self.force_control = ForceControl(arm, force_settings, period_s)
         self.motion = Motion(
-            arm, period_s, settings.blend, self.force_control.refusal, settings.replans
+            *(arm, period_s, settings.blend, self.force_control.refusal),
+            *(settings.replans, settings.effort),
         )
         self.statistics = RunStatistics(period_s)
         self.stillness = Stillness(arm)

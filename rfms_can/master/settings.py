@@ -1,5 +1,6 @@
 """How the master runs the bus."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -48,8 +49,11 @@ CLOCKS: Final = complete(
 PLAN_S: Final = 2.2e-3
 """A move planned again, with others before and behind it: 0.6 to 2.2 ms on one core of 2026."""
 
+POSE_S: Final = 1e-5
+"""A pose of a path, solved: 8 us on one core of 2026."""
+
 REPLAN_PERIODS: Final = 2.5
-"""Of real time, that a redefinition may take: nodes bring the arm to rest when three SYNCs fail."""
+"""Of real time, that a request may take: nodes bring the arm to rest when three SYNCs fail."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +104,13 @@ class MasterSettings:
         if not self.clock_definition.scheduled:
             return MAX_QUEUE
         return max(1, int(REPLAN_PERIODS * self.period_ns * 1e-9 / PLAN_S))
+
+    @property
+    def effort(self) -> float:
+        """Poses that may be solved for one request: ``Motion``."""
+        if not self.clock_definition.scheduled:
+            return math.inf
+        return REPLAN_PERIODS * self.period_ns * 1e-9 / POSE_S
 
     @property
     def force_loop(self) -> str:

@@ -22,6 +22,11 @@ from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.corner import Corner, longest, via_deviation
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.departure import DepartedSegment, Leave
+from rfms_can.master.trajectory.planning.effort import (
+    Effort,
+    MeteredKinematics,
+    TooLongError,
+)
 from rfms_can.master.trajectory.planning.joint_goal import check_reached, configuration_for
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.limits import LimitedArm, peaks
@@ -125,11 +130,19 @@ class MovePlanner:
     and its transition is steeper by up to 0.27 dv / t_acc than was planned.
     """
 
-    def __init__(self, arm: LimitedArm, period_s: float) -> None:
-        """For an arm whose place ``reset`` tells; ``period_s`` is tau, s."""
+    def __init__(self, arm: LimitedArm, period_s: float, most: float = math.inf) -> None:
+        """For an arm whose place ``reset`` tells.
+
+        Args:
+            arm: its geometry and limits.
+            period_s: tau, s.
+            most: poses that may be solved for one request: see ``effort``.
+        """
         self.arm: Final = arm
         self._period: Final = period_s
-        self._kinematics: Final = InverseKinematics(arm)
+        self.effort: Final = Effort(most)
+        self._kinematics: Final = MeteredKinematics(arm, self.effort)
+        self._while_moving: Final = InverseKinematics(arm)
         self._planned: Final[dict[int, _Planned]] = {}
 
     def reset(self, q: Joints) -> None:
@@ -174,7 +187,7 @@ class MovePlanner:
         except (MoveError, KinematicsError) as error:
             others = alternatives(entry.before, mode, self._period)
             attempt = self._otherwise(entry, position, mode, sequence)
-            raise refusal(error, others, attempt) from error
+            raise refusal(error, others, attempt, self.effort) from error
 
     def _otherwise(
         self, entry: Entry, position: PlannedPosition, mode: PlannedMode, sequence: int
@@ -213,10 +226,13 @@ class MovePlanner:
         if not before.rests:
             check_succession(before.move, move, self._period)
         outcome = trial.run(trial.times)
-        if outcome.excess is not None:
-            lengthen, at_most = mode.lengthen, mode.lengthen_at_most
-            outcome = mended(trial, outcome.excess, lengthen=lengthen, at_most=at_most)
-        return outcome
+        excess, lengthen, at_most = outcome.excess, mode.lengthen, mode.lengthen_at_most
+        if excess is None:
+            return outcome
+        try:
+            return mended(trial, excess, lengthen=lengthen, at_most=at_most)
+        except TooLongError as error:
+            raise RefusedError(f"move {move.sequence}: {excess.what}") from error
 
     def trial(
         self,
@@ -263,7 +279,10 @@ class MovePlanner:
             return self.trial(entry, position, mode, sequence, ticks)
 
         moves = not before.move.target.constant
-        return Trial(self.arm, frame, departed, base, ends, parts, again if moves else None)
+        return Trial(
+            *(self.arm, frame, departed, base, ends, parts, self.effort),
+            again if moves else None,
+        )
 
     def _departed(self, before: Segment, frame: Frame, leave: Leave, rest: Rest) -> DepartedSegment:
         """The segment to follow, with what was planned of it."""
@@ -320,7 +339,7 @@ class MovePlanner:
         base, departed = outcome.base, trial.departed
         move, drive, tau = base.segment.move, base.segment.drive, self._period
         if move.mode is Mode.JOINT:
-            move = move._replace(joints=PlannedJoints(self._kinematics, base.start, base.goal))
+            move = move._replace(joints=PlannedJoints(self._while_moving, base.start, base.goal))
         moves: tuple[Move, ...] = (move,)
         if drive is not None and trial.parts > 1:
             moves = in_parts(move, drive, tau)

@@ -8,8 +8,14 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.master.trajectory.planning.effort import Effort, TooLongError
 from rfms_can.master.trajectory.planning.remedy import RefusedError, Remedy
 
+ELSEWHERE: Final = "place position or path elsewhere"
+UNTRIED: Final = (
+    "what would do was not looked for, since in real time the next cycle does not wait: ask for it "
+    "on another clock"
+)
 IN_A_ROW: Final = 3
 """Offers that are taken one after the other, each for what the one before is refused for."""
 
@@ -20,17 +26,20 @@ Attempt = Callable[[Change], object]
 Error = MoveError | KinematicsError
 
 
-def refusal(error: Error, others: list[Remedy], attempt: Attempt) -> Error:
+def refusal(error: Error, others: list[Remedy], attempt: Attempt, effort: Effort) -> Error:
     """The refusal ``error`` with what would do instead: what it offers, or the first alternative.
 
     Args:
         error: of the move as it was asked for.
         others: what may be tried where nothing that it offers does.
         attempt: plans the move otherwise.
+        effort: that planning may take; where it is spent no more is tried.
     """
+    if isinstance(error, TooLongError):
+        return error
     kind = MoveError if isinstance(error, RefusedError) else type(error)
     fault, offer = _followed(error, attempt, {})
-    offer = offer or _first(others, attempt) or Remedy("place position or path elsewhere", {})
+    offer = offer or _first(others, attempt) or Remedy(UNTRIED if effort.spent else ELSEWHERE, {})
     better = kind(f"{fault}: {offer.words}")
     better.remedy = offer.change
     return better
@@ -49,7 +58,7 @@ def _followed(error: Error, attempt: Attempt, change: Change) -> tuple[str, Reme
     fault = first = _fault(error)
     name = first.partition(": ")[0] + ": "
     for _ in range(IN_A_ROW):
-        if not isinstance(error, RefusedError):
+        if not isinstance(error, RefusedError) or not error.offers:
             break
         offers = [each._replace(change={**change, **each.change}) for each in error.offers]
         failures = [_failure(attempt, offer.change) for offer in offers]

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from rfms_can.errors import JointLimitError, KinematicsError
 from rfms_can.master.trajectory.planning.base_path import Base, Frame
 from rfms_can.master.trajectory.planning.departure import DepartedSegment
+from rfms_can.master.trajectory.planning.effort import PREVIEW, Effort
 from rfms_can.master.trajectory.planning.limits import (
     Excess,
     LimitedArm,
@@ -58,6 +59,7 @@ class Trial(NamedTuple):
         base: of its own segment.
         ends: how it comes to rest.
         parts: in how many it is moved.
+        effort: that looking at it takes.
         again: it again with another t_acc, periods, where its path depends on that: out of a goal
             that moves.
     """
@@ -68,6 +70,7 @@ class Trial(NamedTuple):
     base: Base
     ends: Transition
     parts: int
+    effort: Effort
     again: "Callable[[int], Trial] | None" = None
 
     @property
@@ -92,6 +95,7 @@ class Trial(NamedTuple):
         return self._run(times)
 
     def _run(self, times: Times) -> Outcome:
+        self.effort.spend(PREVIEW)
         base = self.base if times == self.times else self.base.with_time(*times)
         seen = preview(self.frame, self.departed, base, self.ends)
         phases = [phase for phase in seen if phase is not None]
