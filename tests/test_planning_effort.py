@@ -60,8 +60,8 @@ def test_what_would_do_is_not_looked_for_when_the_effort_is_spent() -> None:
 
 
 def test_a_move_that_takes_too_long_to_plan_is_refused_and_nothing_is_remembered() -> None:
-    rig = rig_with(150.0)
-    reason = "takes more than 150 poses, and in real time the next cycle does not wait"
+    rig = rig_with(110.0)
+    reason = "takes more than 110 poses, and in real time the next cycle does not wait"
     with pytest.raises(TooLongError, match=re.escape(reason)):
         rig.plan(FAR, TIGHT)
     rig.planner.effort.begin()
