@@ -245,7 +245,7 @@ class ControlCycle:
         verification = self._verification
         if not motion.following.moves:
             verification.rested()
-        return verification.check(
+        wrong = verification.check(
             motion.commanded.theta,
             outgoing.displacement,
             inputs.arm_state.q,
@@ -253,6 +253,7 @@ class ControlCycle:
             inputs.sampled & inputs.told,
             None if law is None else law.errors,
         )
+        return f"{wrong} (cycle {self.number})" if wrong else None
 
     def _make_setpoint(self) -> None:
         """The set-point of the next cycle, and what goes with it."""
