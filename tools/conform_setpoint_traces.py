@@ -91,6 +91,7 @@ def traces() -> list[Trace]:
             times=(0.2, 0.42),
             pre=3,
         ),
+        *(late(blend) for blend in ("CONTINUOUS", "THESIS")),
         *transitions(),
         *rests(),
     ]
@@ -239,6 +240,21 @@ def slow(ticks: int, t_acc: float, name: str) -> Trace:
     for k in range(1, 16):
         master.say("BLEND", "JOINT", 0.25, r=1.0 - 0.0001 * k * k, p=k / (2.0 * ticks))
     return trace(name, master.cycles, begin=0.1)
+
+
+def late(blend: str) -> Trace:
+    """A hand-over of which a fifth has passed when START comes."""
+    master = Master(0.1, blend)
+    master.rest(12, 0.1)
+    master.segment("CARTESIAN", 0.3, 0.35, 1.0)
+    h = 1.0 - master.cycles[-1]["r"] + PERIOD_S / T_SEG
+    begin = path(0.1, 0.3)(h)
+    master.say("START", "JOINT", begin, 0.35, r=0.999, p=0.2, acceleration_time=T_ACC)
+    for k in range(9, 41):
+        p = k / 40.0
+        r = 1.0 - h_of(2.0 * T_ACC * p - T_ACC, T_SEG, T_ACC)
+        master.say("BLEND", "JOINT", 0.35, r=r, p=p)
+    return trace(f"a late hand-over, {blend}", master.cycles, begin=0.1)
 
 
 def transitions() -> list[Trace]:
