@@ -112,6 +112,8 @@ NOT_READ: Final = RESERVED | {
     ("MEASURE", "index_seen"),  # for tools: a node reads the latched count of REFERENCE
     ("MEASURE", "board_fault"),  # of boards that are nodes
     ("FORCE", "saturated"),  # the estimate has its own bound of what can be measured
+    ("HEARTBEAT", "bus_offs"),  # for tools
+    ("HEARTBEAT", "overflows"),  # for tools
 }
 """Signals that none of our nodes reads, and why."""
 QUIET: Final = RESERVED | {
