@@ -25,8 +25,9 @@ its straight part is short they are a few per cent off."""
 PAST_END: Final = 1e-3
 """Rad a set-point may be past the end of a joint's range, for the same reason: stops are 0.05 rad
 behind the ends. What poses are solved to has to be inside."""
-BENT: Final = 1.5
-"""How much more than its limit a joint may be asked to accelerate: within that it lags behind."""
+BENT: Final = 3.0
+"""How much more than its limit a joint may be asked to accelerate: within that it lags behind. In a
+slow feed joints fit longer pieces of a path that bends next to a singularity."""
 
 
 NEAR_WRIST: Final = 0.05
