@@ -4,11 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from random_programs import table
-from random_programs.draw import draw
+from random_programs import refusals, table
+from random_programs.draw import MIX_NUMBER, draw
 from random_programs.fine import Case, evidence
 from random_programs.on_bus import Batch
-from random_programs.results import KEPT, Brief, Conditions, read
+from random_programs.results import KEPT, KEPT_ON_THE_BUS, Brief, Conditions, read
 from random_programs.trial import PERIOD_S, Result, Trial
 
 from rfms_can.arm import ARMS, arm_by_name
@@ -69,20 +69,43 @@ def test_accepted_programs_are_made_on_the_bus(arm: str) -> None:
     assert [each for each in results if table.broken(each)] == []
 
 
-def test_the_kept_campaign_keeps_the_promise_but_for_what_the_page_tells() -> None:
-    """No joint is ever asked for more than it may; of the rest docs/random-programs.md tells."""
-    conditions, results = read(ROOT / KEPT)
-    assert conditions == Conditions(250.0, conditions.mix)
-    for arm in ARMS:
-        mine = [each for each in results if each.a == arm]
-        assert len(mine) >= 4000
-        assert sum(each.ok == each.n for each in mine) >= 0.6 * len(mine)
-    assert max(each.acc for each in results) <= table.BOUND
-    assert not any("SETPOINT_STEP" in each.bad or "cannot use" in each.bad for each in results)
-    broken = [each for each in results if table.broken(each)]
-    assert len(broken) <= 0.003 * len(results)
-    page = (ROOT / "docs" / "random-programs.md").read_text(encoding="utf-8")
-    assert all(f"{each.a} {each.s}" in page for each in broken)
+ONCE_BROKEN = {
+    "noise of a slow transition": [("puma260", 577), ("puma260", 2847), ("puma260", 3284)],
+    "a goal that time moves": [("puma260", 1713), ("puma560", 1930), ("puma260", 1553)],
+    "what is watched of a goal": [("puma560", 2119), ("puma260", 2061)],
+    "an offer that was not tried": [("puma560", 1165), ("puma260", 2274), ("puma260", 2327)],
+    "a slow feed next to a wrist": [("puma260", 3487)],
+    "the end of a range next to an elbow": [("puma560", 5548)],
+}
+"""Programs by what was mended for them."""
+
+
+@pytest.mark.parametrize("kind", ONCE_BROKEN)
+def test_programs_that_once_broke_the_promise_keep_it(kind: str) -> None:
+    for name, seed in ONCE_BROKEN[kind]:
+        arm = arm_by_name(name)
+        result = Brief.of(Trial(arm, draw(arm, seed), seed).run())
+        assert not table.broken(result), (name, seed, result.bad)
+
+
+def test_the_kept_campaigns_keep_the_promise() -> None:
+    for file, least in ((KEPT, 10_000), (KEPT_ON_THE_BUS, 500)):
+        conditions, results = read(ROOT / file)
+        assert conditions == Conditions(250.0, MIX_NUMBER)
+        assert [each for each in results if table.broken(each)] == []
+        for arm in ARMS:
+            mine = {each.s: each for each in results if each.a == arm}
+            assert set(mine) >= set(range(least))
+            whole = sum(each.ok == each.n for each in mine.values())
+            assert file != KEPT or whole >= 0.6 * len(mine)
+
+
+def test_the_refusals_that_were_looked_at_were_due() -> None:
+    conditions, looked = refusals.FILE.read(ROOT / refusals.KEPT)
+    assert conditions == Conditions(250.0, MIX_NUMBER)
+    refused = [each for each in looked if each.why]
+    assert len(refused) >= 500
+    assert [each for each in refused if not each.due] == []
 
 
 def looked_at(segment_time: float, turn: float) -> str | None:

@@ -37,6 +37,10 @@ TOLD: Final = 10.0 * EXACT_WRIST_BOUND
 """|S5| from which on a pose in double precision tells theta4, to 3e-10 rad."""
 
 
+ROUNDING: Final = 1e-6
+"""Rad that a pose next to a singularity may be off the angles it was made of."""
+
+
 class Frame(NamedTuple):
     """What all bases of one plan share: inverse kinematics, goals' tick, tau in s."""
 
@@ -225,7 +229,8 @@ class Base:
         if self._given is not None:
             previous, theta4 = self._given, self._given[3]
         try:
-            return frame.kinematics.solve(pose, segment.move.configuration, previous, theta4)
+            angles = frame.kinematics.solve(pose, segment.move.configuration, previous, theta4)
+            return angles if self._given is None else _as_given(angles, self._given)
         except KinematicsError as error:
             straight = segment.drive is not None and h < 1.0
             where = f"the path at h = {h:.3f}" if straight else "the goal"
@@ -287,6 +292,17 @@ class Base:
                 f"move {self.segment.move.sequence}: joint {joint + 1} of {arm.name} would have to "
                 f"turn {curve.largest_step[joint]:.3g} rad at once, where the path passes {where}"
             )
+
+
+def _as_given(angles: Joints, given: Joints) -> Joints:
+    """Angles that a goal is given by, where its pose says no more than rounding against them.
+
+    At an end of a range it would make another turn of it.
+    """
+    same = all(
+        abs(math.remainder(a - b, math.tau)) < ROUNDING for a, b in zip(angles, given, strict=True)
+    )
+    return given if same else angles
 
 
 def blend_derivatives(p: Floats, t_acc: float) -> Floats:
