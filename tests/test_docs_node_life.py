@@ -135,9 +135,11 @@ def test_estop_is_emcy_one_dac_and_silence_but_for_heartbeats(state: str) -> Non
         pump.run()
     assert pump.node.state.name == state
     answers = pump.say(Estop, None, *ESTOP_VALUES)
-    assert names(pump, answers) == ["EMCY", "DAC"]
-    dac = pump.wire.codec(Dac, JOINT).unpack(answers[1].data)
-    assert dac is not None and dac[:2] == (0, 0)
+    driven = state != "PREOP"  # a DAC would open the brake of a joint that is braked
+    assert names(pump, answers) == ["EMCY", "DAC"] if driven else ["EMCY"]
+    for answer in answers[1:]:
+        dac = pump.wire.codec(Dac, JOINT).unpack(answer.data)
+        assert dac is not None and dac[:2] == (0, 0)
     assert pump.say(Estop, None, *ESTOP_VALUES) == []
     heard = []
     for _ in range(24):

@@ -39,6 +39,8 @@ class Listener:
     def __init__(self) -> None:
         self.told: list[Any] = []
 
+    drives = True
+
     def enter(self, state: NodeState) -> None:
         self.told.append(state)
 

@@ -9,7 +9,7 @@ from e2e.p05 import e2e_p05_protect
 from support.wire_messages import every_protected_message, frames_of, some_values
 
 from rfms_can.errors import EncodeError
-from rfms_can.wire.codec import MessageCodec, load_database
+from rfms_can.wire.codec import MessageCodec, database_hash, load_database
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.protection import (
@@ -114,6 +114,11 @@ def test_the_rule_of_the_counters_is_the_contracts() -> None:
     attributes = load_database().dbc.attributes
     assert attributes["RfmsCounterWindow"].value == COUNTER_WINDOW == 16
     assert attributes["RfmsCounterRestart"].value == COUNTER_RESTART == 3
+
+
+def test_the_contract_tells_the_hash_of_its_own_layout() -> None:
+    """A node in another language has it from the DBC alone."""
+    assert load_database().dbc.attributes["RfmsDbcHash"].value == database_hash()
 
 
 @pytest.mark.parametrize("step", range(256))

@@ -1,16 +1,17 @@
-"""Plays traces to our joint node and writes down what it does, in SI."""
+"""Plays traces to the third node and writes down what it does, in SI."""
 
 from typing import Any
 
 from conform_law_traces import Trace
+from third_line import ThirdNode
+from third_node import Node
+from third_node.life import STATES
 
 from rfms_can.conform.lines import PumpedLine
 from rfms_can.conform.play import AT_REST, ONCE, play
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
 from rfms_can.conform.vectors import Vectors
-from rfms_can.joint_nodes.joint import JointNode
-from rfms_can.joint_nodes.servo import ServoTerms
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.vocabulary import FaultCode
 
@@ -21,25 +22,18 @@ JOINT = 2
 def recorded(traces: list[Trace], *, torques: bool = True) -> list[Trace]:
     """The traces with what the node did in each cycle, with ``torques`` or without."""
     wire = Wire()
-    nodes: list[JointNode] = []
+    nodes: list[ThirdNode] = []
 
-    def make() -> JointNode:
-        nodes.append(JointNode(JOINT, wire, 1))
+    def make() -> ThirdNode:
+        nodes.append(ThirdNode(JOINT))
         return nodes[-1]
 
     tester = Tester(PumpedLine(make), JOINT, wire, Vectors())
     tester.greet()
-    return [_record(tester, nodes[-1], trace, torques) for trace in traces]
+    return [_record(tester, nodes[-1].node, trace, torques) for trace in traces]
 
 
-def _record(tester: Tester, node: JointNode, trace: Trace, torques: bool) -> Trace:
-    terms = ServoTerms()
-
-    def keep(_cycle: int, told: ServoTerms) -> None:
-        nonlocal terms
-        terms = told
-
-    node.record_terms(keep)
+def _record(tester: Tester, node: Node, trace: Trace, torques: bool) -> Trace:
     cycles: list[dict[str, Any]] = []
     before: dict[str, Any] = dict(AT_REST)
     sends = ["ERROR", "DAC"]
@@ -49,9 +43,9 @@ def _record(tester: Tester, node: JointNode, trace: Trace, torques: bool) -> Tra
         now = [_name(h.name, h.values) for h in answers if h.name != "HEARTBEAT"]
         if now != sends:
             out["sends"] = sends = now
-        out |= _outputs(answers, node, terms if torques else None)
-        if state is not None and node.state is not state:
-            out["becomes"] = node.state.name
+        out |= _outputs(answers, node if torques else None)
+        if state is not None and node.state != state:
+            out["becomes"] = STATES[node.state]
         state = node.state
         cycles.append({**_changed(cycle, before), **out})
         before |= cycle
@@ -68,7 +62,7 @@ def _name(name: str, values: Any) -> str:
     return f"EMCY {FaultCode(values.fault).name}" if name == "EMCY" else name
 
 
-def _outputs(answers: Answers, node: JointNode, terms: ServoTerms | None) -> dict[str, Any]:
+def _outputs(answers: Answers, node: Node | None) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for error in answers.of("ERROR"):
         out["error"] = [
@@ -76,9 +70,9 @@ def _outputs(answers: Answers, node: JointNode, terms: ServoTerms | None) -> dic
             round(error.error_rate, 6),
             round(error.acceleration, 4),
         ]
-    if terms is not None and answers.of("DAC"):
-        out["torque"] = _digits(node.torque - terms.bias)
-        out["force"] = _digits(terms.bias)
+    if node is not None and answers.of("DAC"):
+        out["torque"] = _digits(node.torque)
+        out["force"] = _digits(node.sent_bias)
     return out
 
 

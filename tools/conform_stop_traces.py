@@ -23,7 +23,7 @@ INTERVAL: Final = 0.125
 
 def traces() -> list[Trace]:
     """All of them."""
-    return [*homings(), *stops(), *failings()]
+    return [*homings(), *holds(), *stops(), *failings()]
 
 
 def homings() -> list[Trace]:
@@ -67,6 +67,17 @@ def homing(
     cycles.append({"command": "START", "sync": "OPERATIONAL", "angle": last})
     cycles += [*held(3), *held(3, measured=counts(last + 0.002))]
     return {**trace(name, cycles, changes, begin=begin), "from": "PREOP"}
+
+
+def holds() -> list[Trace]:
+    """Held as after homing: after a motion, and after a pause in which the joint was moved."""
+    motion = moved(run_up(0.6, 40), 0.001)
+    cycles: list[Cycle] = [*motion, {"command": "STOP", "sync": "READY", "speed": 0.0}, *held(3)]
+    for begin in (0.22, 0.25):
+        there = counts(begin)
+        cycles += [{"sync": "HOMING", "measured": there, "coarse": there}, *held(4)]
+        cycles += [{"measured": counts(there + 0.002)}, *held(3), {"sync": "READY"}, *held(2)]
+    return [trace("held after operation, where it is", cycles, begin=0.1)]
 
 
 def stops() -> list[Trace]:

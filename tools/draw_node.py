@@ -5,7 +5,16 @@ from typing import Final
 
 import draw_states
 from generated import main_of_pages
-from node_book import configuration, kinematics, laws, life, protection, setpoints, tables
+from node_book import (
+    configuration,
+    examples,
+    kinematics,
+    laws,
+    life,
+    protection,
+    setpoints,
+    tables,
+)
 
 TOOL: Final = "draw_node.py"
 _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
@@ -19,6 +28,7 @@ _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
         "quickstop": life.quickstop,
         "estop": life.emergency_stop,
         "no-sync": life.no_sync,
+        "cycle": examples.whole_cycle,
         "commands": tables.commands,
         "answers": configuration.answers,
         "parameters": configuration.parameters_of_a_joint,
@@ -26,6 +36,7 @@ _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
         "actions": draw_states.actions,
         "reactions": tables.reactions,
         "faults": tables.faults,
+        "glitches": examples.glitches,
     },
     "node-kinematics.md": {
         "geometry": kinematics.geometries,
@@ -33,12 +44,15 @@ _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
         "poses": kinematics.poses,
         "straight": kinematics.straight,
         "turns": kinematics.turns,
+        "told": kinematics.told,
     },
     "node-setpoint.md": {
         "succession": setpoints.succession,
         "weights": setpoints.weights,
         "joint": setpoints.joint_trace,
         "line": setpoints.line_trace,
+        "stopped": setpoints.stopped_trace,
+        "departing": setpoints.departing_trace,
     },
     "node-law.md": {
         "given": laws.given,
@@ -48,6 +62,7 @@ _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
         "codes": laws.codes,
         "references": laws.references,
         "stop": laws.stop,
+        "hold": laws.hold,
     },
 }
 PAGES: Final = {

@@ -1,13 +1,12 @@
 """Write the numbers that ``rfms conform`` holds a node to: ``rfms_can/conform/vectors/*.json``.
 
-They are the Python node's own until an implementation that was written from the documentation alone
-makes them; ``rfms_can/conform/vectors/README.md`` has the format, which knows nothing of this.
+What a node must compute is computed by the third node (``third_node/README.md``), which knows
+nothing of ours; what is asked of it (poses, parameters of arms) comes from our arms.
+``rfms_can/conform/vectors/README.md`` has the format.
 """
 
 import json
-import math
 import random
-import struct
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,14 +14,16 @@ import conform_law_traces
 import conform_setpoint_traces
 import conform_stop_traces
 from conform_record import recorded
+from third_node import kinematics
+from third_node.codec import float32
+from third_node.configuration import NUMBER, TABLE, Geometry, hash_of
 
 from rfms_can.arm import ARMS, PUMA_260, Arm
-from rfms_can.kinematics import CONFIGURATIONS, WIRE, JointSolver, configuration_of, direct
+from rfms_can.kinematics import configuration_of, direct
 from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.transform import Transform
-from rfms_can.wire.configuration import PARAMETERS, DhRow, configuration_hash, geometry_values
+from rfms_can.wire.configuration import DhRow, geometry_values
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.vocabulary import Parameter
 
 VECTORS: Final = Path(__file__).resolve().parents[1] / "rfms_can" / "conform" / "vectors"
 PERIOD_S: Final = 0.004
@@ -85,12 +86,6 @@ TRACES: Final = {
 
 REST: Final = (0.3, 0.9, -2.4, 0.4, -0.9, 0.5)
 """Angles of the bench's pose at rest, rad."""
-
-
-def float32(value: float) -> float:
-    """A number as it travels."""
-    rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
-    return rounded
 
 
 def main() -> None:
@@ -159,9 +154,14 @@ def inverse(arm: Arm) -> list[dict[str, Any]]:
 def solved(arm: Arm, pose: Transform, code: int) -> dict[str, Any]:
     """The angles of a pose, each on the turn nearest to 0; null where a joint has none."""
     entry = told(pose, code)
-    received = Transform.from_o_a_p(entry["o"], entry["a"], entry["p"])
-    angles = [JointSolver(arm, j, WIRE).solve(received, CONFIGURATIONS[code], 0.0) for j in JOINTS]
-    return {**entry, "angles": [None if math.isnan(a) else a for a in angles]}
+    values = parameters(arm)["1"]
+    geometry = Geometry({NUMBER[name]: value for name, value in values.items()})
+    angles = []
+    for joint, limits in zip(JOINTS, arm.joint_limits, strict=True):
+        parts = (entry["o"], entry["a"], entry["p"])
+        angle = kinematics.solve(joint, geometry, *parts, code, kinematics.Held())
+        angles.append(None if angle is None else kinematics.nearest_turn(angle, 0.0, *limits))
+    return {**entry, "angles": angles}
 
 
 STRAIGHT: Final = ((0.3, 0.7, 0.4, 0.5), (-0.4, 1.1, -0.8, -1.2), (0.9, 0.4, 1.3, 0.2))
@@ -203,7 +203,7 @@ def hashes() -> list[dict[str, Any]]:
         {
             "name": f"set {n}",
             "parameters": s,
-            "hash": configuration_hash({Parameter[k]: v for k, v in s.items()}),
+            "hash": hash_of({NUMBER[k]: v for k, v in s.items()}),
         }
         for n, s in enumerate(sets, 1)
     ]
@@ -212,24 +212,14 @@ def hashes() -> list[dict[str, Any]]:
 def ranges() -> dict[str, dict[str, Any]]:
     """What each parameter may be: the table of docs/wire.md, bounds in float32."""
     return {
-        p.name: {
-            "low": inner(r.low, 1),
-            "high": inner(r.high, -1),
-            "signed": r.signed,
-            "whole": r.whole,
+        name: {
+            "low": float32(low),
+            "high": float32(high),
+            "signed": kind == "magnitude",
+            "whole": kind == "whole",
         }
-        for p, r in PARAMETERS.items()
+        for name, low, high, kind in TABLE.values()
     }
-
-
-def inner(bound: float, direction: int) -> float:
-    """The float32 number nearest to a bound, on the side inside the range."""
-    nearest = float32(bound)
-    if (bound - nearest) * direction > 0.0:
-        bits = struct.unpack("<i", struct.pack("<f", nearest))[0]
-        away = 1 if (nearest > 0.0) == (direction > 0) else -1
-        nearest = struct.unpack("<f", struct.pack("<i", bits + away))[0]
-    return nearest
 
 
 if __name__ == "__main__":

@@ -13,7 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from rfms_can.wire.codec import database_hash
+import cantools
+from cantools.database.can import Database
+
+from rfms_can.wire.codec import database_hash, layout_hash
 from rfms_can.wire.frame import FD_LENGTHS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -30,6 +33,7 @@ DEFINITIONS: Final = """\
 BA_DEF_ "BusType" STRING ;
 BA_DEF_ "RfmsCounterWindow" INT 1 255;
 BA_DEF_ "RfmsCounterRestart" INT 1 255;
+BA_DEF_ "RfmsDbcHash" INT 0 65535;
 BA_DEF_ BO_ "VFrameFormat" ENUM {formats};
 BA_DEF_ BO_ "CANFD_BRS" ENUM "0","1";
 BA_DEF_ BO_ "GenMsgSendType" ENUM "cyclic","event";
@@ -44,6 +48,7 @@ BA_DEF_ SG_ "RfmsUnknownValue" ENUM "refuse","take";
 BA_DEF_DEF_ "BusType" "CAN FD";
 BA_DEF_DEF_ "RfmsCounterWindow" {window};
 BA_DEF_DEF_ "RfmsCounterRestart" {restart};
+BA_DEF_DEF_ "RfmsDbcHash" 0;
 BA_DEF_DEF_ "VFrameFormat" "StandardCAN_FD";
 BA_DEF_DEF_ "CANFD_BRS" "1";
 BA_DEF_DEF_ "GenMsgSendType" "event";
@@ -244,7 +249,13 @@ def signal_attributes(template: Template) -> Iterator[str]:
 
 
 def dbc(template: Template) -> str:
-    """The whole text."""
+    """The whole text, the hash of its layout in it."""
+    database = cantools.database.load_string(_dbc(template, 0), "dbc", strict=True)
+    assert isinstance(database, Database)
+    return _dbc(template, layout_hash(database))
+
+
+def _dbc(template: Template, its_hash: int) -> str:
     messages, text = template.messages, template.text
     window, restart = text["counter_window"], text["counter_restart"]
     formats = ["StandardCAN", "ExtendedCAN", *["reserved"] * 12, "StandardCAN_FD", "ExtendedCAN_FD"]
@@ -263,6 +274,7 @@ def dbc(template: Template) -> str:
             'BA_ "BusType" "CAN FD";',
             f'BA_ "RfmsCounterWindow" {window};',
             f'BA_ "RfmsCounterRestart" {restart};',
+            f'BA_ "RfmsDbcHash" {its_hash};',
         ],
         *(attributes_of(message) for message in messages),
         signal_attributes(template),

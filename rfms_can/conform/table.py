@@ -461,7 +461,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     Check(
         "45",
         "ESTOP in each state; again",
-        "FAULT, EMCY, one DAC 0, silence; nothing",
+        "FAULT, EMCY, one DAC 0 where DACs went out, silence; nothing",
         S,
         safety.estop,
     ),
@@ -482,7 +482,13 @@ CHECKS: Final[tuple[Check, ...]] = (
     Check(
         "47b", "faults before START", "forgotten, the ladder begins again", S, safety.clean_record
     ),
-    Check("48", "SYNC of another DBC", "EMCY, DAC 0, FAULT, once", S, safety.another_dbc),
+    Check(
+        "48",
+        "SYNC of another DBC",
+        "FAULT, EMCY, one DAC 0 where DACs went out, once",
+        S,
+        safety.another_dbc,
+    ),
     Check(
         "49",
         "faults that are held, then ESTOP",

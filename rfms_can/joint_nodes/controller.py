@@ -48,6 +48,9 @@ RANGE_MARGIN_RAD: Final = 0.05
 MAX_CYCLE_GAP: Final = 4
 """Largest gap of SYNC's cycle that is accounted for; the ladder stops the joint before a longer."""
 # members of enumerations that every cycle needs: a name of a module is found ten times as fast
+_NOTHING: Final = TorqueSource.NOTHING
+_HOMING: Final = TorqueSource.HOMING
+_HOLD: Final = TorqueSource.HOLD
 _SERVO: Final = TorqueSource.SERVO
 _STOP_RAMP: Final = TorqueSource.STOP_RAMP
 _DAMPING: Final = TorqueSource.DAMPING
@@ -181,13 +184,9 @@ class JointController:
         """SYNC: count what the cycle before lacked; change over to the rows it names."""
         node, inputs, rows = self._node, self._inputs, self._rows
         self._decide()
-        if inputs.dac_due:
-            self._count_missed_cycle()
-        elif inputs.setpoint_due:
-            if inputs.setpoint is None:
-                node.miss(FaultCode.SETPOINT_MISSING, self._master)
-            else:
-                node.ladder.clear(_SETPOINT_MISSING)
+        if self.homing.engaged and not self.homes:
+            self.homing.let_go()
+        self._judge()
         gap, self._cycle = min(sync.cycle - self._cycle, MAX_CYCLE_GAP), sync.cycle
         # those that the watchdog of SYNC has told of are counted already
         self._cycles_unsampled += max(gap - self._cycles_lost, 1)
@@ -228,7 +227,8 @@ class JointController:
             self._home()
 
     def lose_cycle(self) -> None:
-        """No SYNC: what comes next belongs to no cycle the node knows."""
+        """No SYNC: the cycle before is over, what comes next belongs to none the node knows."""
+        self._judge()
         self._cycles_unsampled += 1
         self._cycles_lost += 1
         self._inputs.begin(dac_due=False)
@@ -242,8 +242,9 @@ class JointController:
         speed = measure.velocity_adc * self._rate_per_code
         theta = self.encoder.angle(measure.counts)
         if action.bridges_encoder:
-            if abs(theta - self.theta) > self._max_step * self._cycles_unsampled:
-                theta = self._bridge_encoder_jump(theta, speed)
+            cycles = max(1, self._cycles_unsampled)  # 0 where two samples come in a cycle
+            if abs(theta - self.theta) > self._max_step * cycles:
+                theta = self._bridge_encoder_jump(theta, speed, cycles)
             else:
                 ladder.clear(_ENCODER_GLITCH)
         if action.watches_range:
@@ -251,16 +252,16 @@ class JointController:
         self.theta, self.speed = theta, speed
         self._cycles_unsampled = 0
 
-    def _bridge_encoder_jump(self, theta: float, speed: float) -> float:
+    def _bridge_encoder_jump(self, theta: float, speed: float, cycles: int) -> float:
         """Predict over a step no joint can make (R1); if it lasts, stop where it leads.
 
         The joint did not move that far, its encoder did: a stop on the old path would move it.
         """
         node = self._node
-        bound = self._max_step * self._cycles_unsampled
+        bound = self._max_step * cycles
         node.miss(FaultCode.ENCODER_GLITCH, self._board._replace(bound=bound), theta - self.theta)
         if node.ladder.misses[FaultCode.ENCODER_GLITCH] <= MAX_PREDICTED_CYCLES:
-            return self.theta + self.speed * self._period * self._cycles_unsampled
+            return self.theta + self.speed * self._period * cycles
         self._begin_stop(theta, speed)
         return theta
 
@@ -372,7 +373,12 @@ class JointController:
     @property
     def homes(self) -> bool:
         """Whether REFERENCE is used: the bus homes, and the joint searches its index or holds."""
-        return self.action.torque in (TorqueSource.HOMING, TorqueSource.HOLD)
+        return self.action.torque is _HOMING or self.action.torque is _HOLD
+
+    @property
+    def drives(self) -> bool:
+        """Whether DAC goes out."""
+        return self.action.torque is not _NOTHING
 
     def _home(self) -> None:
         """Homing: find the index, then hold there, while the bus homes."""
@@ -380,6 +386,9 @@ class JointController:
         measure, reference = inputs.measure, inputs.reference
         assert measure is not None and reference is not None
         inputs.reference = None
+        if not homing.engaged:  # the joint was braked until now, and may be anywhere
+            self.servo.reset()
+            self._runaway.reset()
         torque = homing.step(measure, reference, self.speed, self._rows.gravity)
         failure = homing.failure
         if failure is not None:
@@ -445,11 +454,15 @@ class JointController:
         self._runaway.reset()
         self.trajectory.reset(self.theta)
         self._inputs.start()
+        self._cycle = -1
         self._cycles_held = 0
         self._bias = self._displacement = 0.0
 
     def _begin_quickstop(self) -> None:
         self._begin_stop(self.trajectory.theta + self._displacement, self.trajectory.rate)
+        inputs = self._inputs
+        if inputs.measure is not None and not inputs.new_sample:
+            inputs.dac_due = False  # the ramp begins with the next sample: nothing is missing
 
     def _begin_stop(self, position: float, speed: float) -> None:
         """Begin the controlled stop; it ends inside the range, by braking harder if it must."""
@@ -460,6 +473,17 @@ class JointController:
         self._runaway.reset()
 
     # --- cycles that lacked something ---------------------------------------------------------
+
+    def _judge(self) -> None:
+        """The cycle that is over: count what it lacked."""
+        node, inputs = self._node, self._inputs
+        if inputs.dac_due:
+            self._count_missed_cycle()
+        elif inputs.setpoint_due:
+            if inputs.setpoint is None:
+                node.miss(FaultCode.SETPOINT_MISSING, self._master)
+            else:
+                node.ladder.clear(_SETPOINT_MISSING)
 
     def _count_missed_cycle(self) -> None:
         """The cycle before ended without its DAC frame: R1 holds; the ladder counts what lacked.

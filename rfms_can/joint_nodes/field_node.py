@@ -67,6 +67,10 @@ class Cause(NamedTuple):
 class Controller(Protocol):
     """What a configured node does with its board, as far as the bus life has to tell it."""
 
+    @property
+    def drives(self) -> bool:
+        """Whether its DAC goes out now: another one would open a brake that is closed."""
+
     def enter(self, state: NodeState) -> None:
         """The node's state has changed to ``state``."""
 
@@ -86,7 +90,8 @@ class FieldNode(Endpoint):
         needed: parameters of a whole configuration.
         optional: what it may have besides.
         build: makes the controller of a whole configuration.
-        drop_torque: called once when the reaction to a fault is to switch the torque off.
+        drop_torque: called once when the reaction to a fault is to switch the torque off, where
+            the controller drove the board until then.
 
     Attributes:
         state: node state.
@@ -185,7 +190,7 @@ class FieldNode(Endpoint):
             TransitionError: the table has none.
         """
         before, self.state = self.state, enter(self.state, event, self.name)
-        if self.state is not before and self.controller is not None:
+        if self.controller is not None and (self.state is not before or event is Event.RESET):
             self.controller.enter(self.state)
 
     def miss(self, fault: FaultCode, cause: Cause, value: float | None = None) -> None:
@@ -214,6 +219,7 @@ class FieldNode(Endpoint):
         self.faults[fault] += 1
         if reaction <= Reaction.HOLD or reaction <= self.reaction:
             return
+        driven = self.controller is not None and self.controller.drives
         self.reaction = reaction
         self.change(
             _STOPS.get(fault, Event.QUICKSTOP) if reaction is Reaction.STOP else Event.FAULT
@@ -226,7 +232,7 @@ class FieldNode(Endpoint):
                 *(self.cycle & 0xFF, self.error_register),
             )
         )
-        if reaction is Reaction.OFF:
+        if reaction is Reaction.OFF and driven:
             self._drop_torque()
 
     @property
@@ -343,6 +349,7 @@ class FieldNode(Endpoint):
         self.controller, self.config_hash = None, 0
         self.parameters.clear()
         self._closed = False
+        self._deadline_ns, self._synchronised = None, False
 
     def _commit(self, config: Config, digest: int) -> ConfigStatus:
         """Build the controller of the whole configuration, or none."""

@@ -75,6 +75,11 @@ class GripperController:
         self._sample_due = False
         self._homing_cycles = 0
 
+    @property
+    def drives(self) -> bool:
+        """Whether DAC goes out at MEASURE."""
+        return self._node.bus_state in _CYCLING and self._node.reaction is not Reaction.OFF
+
     def enter(self, state: NodeState) -> None:
         """The node's state has changed."""
         if state is NodeState.HOMING:

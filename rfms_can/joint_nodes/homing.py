@@ -86,13 +86,24 @@ class Homing:
 
     def begin(self) -> None:
         """Start the search; a joint that knows its reference has ended it already."""
-        self._target: float | None = None
-        self._offset: float | None = None
+        self._target: float | None
+        self._offset: float | None
+        self.let_go()
         self._counts: int | None = None
         self._cycles = self._stuck = 0
         self.error = 0.0
         self.failure: HomingFailure | None = None
         self.found = self._encoder.zero_counts is not None
+
+    @property
+    def engaged(self) -> bool:
+        """Whether it has driven the joint since ``begin`` or ``let_go``."""
+        return self._target is not None
+
+    def let_go(self) -> None:
+        """The joint is driven otherwise, or braked: where it is when homing goes on, it is held,
+        or the search goes on from there."""
+        self._target = self._offset = None
 
     def step(self, measure: Measure, reference: Reference, speed: float, gravity: float) -> float:
         """One cycle: the torque to move or hold with, Nm; ``speed`` rad/s, ``gravity`` Nm."""

@@ -96,6 +96,7 @@ class JointNode(FieldNode):
     # --- the controller -----------------------------------------------------------------------
 
     def _make_controller(self, parameters: Parameters) -> JointController:
+        self.rows.clear()  # what came before was for another configuration
         controller = JointController(
             self, parameters, self.inputs, self.rows, self._dac, self._error
         )

@@ -74,7 +74,12 @@ def database_hash(path: Path | None = None) -> int:
     lengths, bits, types, units, ranges, data IDs and periods. Comments and value tables are not
     part of it: a new fault, parameter or law inside its reserved range leaves the hash as it is.
     """
-    text = "\n".join(layout_lines(load_database(path)))
+    return layout_hash(load_database(path))
+
+
+def layout_hash(database: Database) -> int:
+    """``database_hash`` of a database that is loaded already."""
+    text = "\n".join(layout_lines(database))
     return int.from_bytes(hashlib.sha256(text.encode("ascii")).digest()[:2], "big")
 
 

@@ -17,6 +17,7 @@ from rfms_can.wire.nodes import BOARDS, PLANT
 from rfms_can.wire.vocabulary import Parameter
 
 _PAIR: Final = struct.Struct("<Bf")
+_FLOAT: Final = struct.Struct("<f")
 
 MICROMETRES: Final = 1e6
 """Units of a length of the arm in a metre."""
@@ -69,12 +70,19 @@ class ParameterRange(NamedTuple):
     def refusal(self, value: float) -> str | None:
         """Why a value cannot be taken, with the bound it breaks; None if it can."""
         magnitude = abs(value) if self.signed else value
-        if not self.low <= magnitude <= self.high:  # a NaN fails it
+        # a bound is taken also where float32, in which values travel, rounds it outwards
+        low, high = min(self.low, _as_float32(self.low)), max(self.high, _as_float32(self.high))
+        if not low <= magnitude <= high:  # a NaN fails it
             of = "magnitude " if self.signed else ""
             return f"{value:g} {self.unit}: {of}must be in {self.low:g}..{self.high:g}"
         if self.whole and value != math.floor(value):
             return f"{value:g} {self.unit}: must be a whole number"
         return None
+
+
+def _as_float32(value: float) -> float:
+    rounded: float = _FLOAT.unpack(_FLOAT.pack(value))[0]
+    return rounded
 
 
 _LENGTH: Final = ParameterRange("um", -LARGEST_WHOLE, LARGEST_WHOLE, whole=True)

@@ -7,13 +7,19 @@ from typing import Final
 from generated import table
 
 from node_book.printed import as_float32, number
+from node_book.pump import PERIOD_S
 from rfms_can.arm import PUMA_260, PUMA_560, Arm
+from rfms_can.joint_nodes.angle_solver import AngleSolver
 from rfms_can.kinematics import WIRE, Configuration, JointSolver, SphericalWrist, direct
 from rfms_can.kinematics.configuration import CONFIGURATIONS
 from rfms_can.kinematics.geometry import Joints
+from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.transform import Transform
 from rfms_can.wire.configuration import DhRow, geometry_rows, geometry_values
 from rfms_can.wire.nodes import JOINTS
+from rfms_can.wire.records import JointAngles
+from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
 SEED: Final = 1986
 ARMS: Final = (PUMA_260, PUMA_560)
@@ -133,3 +139,38 @@ def geometries() -> str:
         lengths = (known.a2, known.a3, known.d4, known.shoulder_offset)
         rows.append((arm.name, *(number(x) for x in lengths)))
     return table(("arm", "a2, m", "a3, m", "d4, m", "d, m"), rows)
+
+
+def told() -> str:
+    """Joints 4, 5 and 6, pose after pose: theta4 is held as told, or as a pose gives it."""
+    straight_pose = sent(direct(PUMA_260, (0.4, 0.7, -1.9, 0.8, 0.0, 0.3)))
+    bent_pose = sent(direct(PUMA_260, (0.4, 0.7, -1.9, 0.5, 0.4, 0.3)))
+    values = all_parameters(PUMA_260, "corke", PERIOD_S)
+    solvers = {joint: AngleSolver(values[joint], joint) for joint in (4, 5, 6)}
+    rows = []
+    for word, pose, theta4 in (
+        ("straight", straight_pose, None),
+        ("straight", straight_pose, 0.8),
+        ("straight", straight_pose, None),
+        ("bent", bent_pose, None),
+        ("straight", straight_pose, None),
+        ("bent", bent_pose, -2.0),
+        ("straight", straight_pose, None),
+    ):
+        angles = tuple(_told_angle(solvers[joint], pose, theta4) for joint in (4, 5, 6))
+        rows.append((word, "" if theta4 is None else number(theta4), *_angles(angles)))
+    head = "".join(_said(pose).replace("```\n\n", "```\n") for pose in (straight_pose, bent_pose))
+    return head + "\n" + table(("pose", "joint_4 told", "θ4", "θ5", "θ6"), rows)
+
+
+def _told_angle(solver: AngleSolver, elements: tuple[float, ...], theta4: float | None) -> float:
+    """A joint's angle of a pose of SETPOINT_1; with ``theta4`` bit 3 of JOINT_SETPOINT_1 is set."""
+    pose, code = received(elements), CONFIGURATIONS[2]
+    if theta4 is None:
+        return solver.solve(pose, code, 0.0)
+    setpoint = CartesianSetpoint(
+        *(TrajectoryState.IDLE, Mode.JOINT, Blend.CONTINUOUS, 0.0, 0.0, 0.2),
+        *(pose, code, None, code),
+    )
+    angles = JointAngles(0.0, 0.0, 0.0, as_float32(theta4), 0.0, 0.0, 0, 8)
+    return solver.given(setpoint, angles, None)(pose, code, 0.0)

@@ -231,13 +231,27 @@ def references() -> str:
 
 def stop() -> str:
     """A stop ramp."""
-    ramp = StopRamp(0.5, 0.15, as_float32(10.0), PERIOD_S)
+    ramp = StopRamp(0.5, 0.15, as_float32(10.0), as_float32(PERIOD_S))
     rows = [("at QUICKSTOP", f"{ramp.position:.9f}", f"{ramp.speed:.6f}", "")]
     for cycle in range(1, 6):
         ramp.step()
         numbers = (f"{ramp.position:.9f}", f"{ramp.speed:.6f}", f"{ramp.acceleration:.4f}")
         rows.append((str(cycle), *numbers))
     return table(("cycle", "position", "speed", "acceleration"), rows)
+
+
+def hold() -> str:
+    """A stop whose joint comes to rest elsewhere, and is moved once more."""
+    ramp = StopRamp(0.5, 0.15, as_float32(10.0), as_float32(PERIOD_S))
+    rows = []
+    for cycle in range(1, 22):
+        angle = 0.5 + 0.0001 * min(cycle, 6) + (0.0002 if cycle > 19 else 0.0)
+        ramp.step()
+        ramp.watch(angle)
+        if cycle in (1, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21):
+            numbers = (f"{angle:.4f}", f"{ramp.speed:.6f}", f"{ramp.position:.9f}")
+            rows.append((str(cycle), *numbers))
+    return table(("cycle", "θ", "speed", "position"), rows)
 
 
 def codes() -> str:

@@ -121,6 +121,10 @@ class Pump:
 
     # --- a cycle ------------------------------------------------------------------------------
 
+    def shift(self, by: float) -> None:
+        """The arm, or where it is wanted, is elsewhere by an angle in each joint, rad."""
+        self._q = [q + by for q in self._q]
+
     def sync(self, state: NodeState, row_set: int = 0) -> list[Frame]:
         """The next cycle, a period later."""
         self.cycle += 1
@@ -139,11 +143,14 @@ class Pump:
         """Low byte of the cycle."""
         return self.cycle & 0xFF
 
-    def measure(self, braked: int = 0) -> list[Frame]:
-        """The board's sample where the joint stands."""
-        angle = self._q[JOINT - 1]
-        counts = round(angle * self._counts_per_rad) - POWER_UP_COUNTS
-        return self.say(Measure, JOINT, counts, 0, 0, self.low, 0, braked)
+    @property
+    def counts(self) -> int:
+        """Of the encoder, where the joint stands."""
+        return round(self._q[JOINT - 1] * self._counts_per_rad) - POWER_UP_COUNTS
+
+    def measure(self, braked: int = 0, off: int = 0, speed_code: int = 0) -> list[Frame]:
+        """The board's sample where the joint stands, ``off`` by some counts."""
+        return self.say(Measure, JOINT, self.counts + off, 0, speed_code, self.low, 0, braked)
 
     def reference(self) -> list[Frame]:
         """The index has been seen already."""

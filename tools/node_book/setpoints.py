@@ -14,7 +14,8 @@ from rfms_can.setpoint.succession import FOLLOWS
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
-PERIOD_S: Final = 0.004
+PERIOD_S: Final = as_float32(0.004)
+"""As CONFIG brings it."""
 T_ACC: Final = 0.02
 """Five periods: every row of a transition fits on the page."""
 TICKS: Final = 5
@@ -32,6 +33,7 @@ class Row(NamedTuple):
     p: float = 0.0
     q1: float = 0.0
     q2: float | None = None
+    t_acc: float = T_ACC
 
 
 def _transition(h_of_end: float, q1: float, mode: Mode = J) -> list[Row]:
@@ -82,13 +84,40 @@ def lines() -> list[Row]:
     return rows
 
 
+def stopped() -> list[Row]:
+    """On the way from 0.3 to 0.5 the arm is stopped halfway, rests, and goes to 0.2 from there."""
+    part = TICKS / 16
+    rows = [Row(S.IDLE, J, 0.0, 0.0, 0.3), Row(S.IDLE, J, 0.0, 0.0, 0.3, 0.5)]
+    rows += [Row(S.START, J, 1.0, 0.0, 0.3, 0.5), *_transition(part, 0.5)]
+    rows += [Row(S.LINEAR, J, r, 0.0, 0.5) for r in (0.64, 0.61, 0.6, 0.6)]
+    rest = 0.5 - 0.2 * as_float32(0.6)
+    rows += [Row(S.IDLE, J, 0.6, 0.0, rest), *[Row(S.IDLE, J, 0.6, 0.0, rest, 0.2)] * 2]
+    return [*rows, Row(S.START, J, 1.0, 0.0, rest, 0.2), *_transition(part, 0.2)[:4]]
+
+
+def departing(start: int) -> list[Row]:
+    """A curve that is left at cycle ``start`` by a transition of 2.4 s, 300 periods for t_acc."""
+
+    def solution(k: int) -> float:
+        return 0.8 + 0.1 * (1.0 - math.cos(0.02 * k))
+
+    rows = [Row(S.IDLE, C, 0.0, 0.0, solution(0), solution(0))]
+    rows.append(Row(S.START, C, 1.0, 0.0, solution(1)))
+    rows += [Row(S.BLEND, C, 1.0, k / 10, solution(1 + k)) for k in range(1, 11)]
+    rows += [Row(S.LINEAR, C, 1.0, 0.0, solution(k)) for k in range(12, start - 2)]
+    rows += [Row(S.PRE, C, 1.0, 0.0, solution(k), 1.1) for k in (start - 2, start - 1)]
+    rows.append(Row(S.START, J, 1.0, 0.0, solution(start), 1.1, 1.2))
+    return [*rows, *[Row(S.BLEND, J, 1.0, k / 600, 1.1, None, 1.2) for k in (1, 2, 3)]]
+
+
 def received(row: Row, blend: Blend) -> CartesianSetpoint:
     """The set-point of a row; its poses stand for their solutions."""
     assert row.state is not None
     pose = Transform.identity()
     second = None if row.q2 is None else pose
     return CartesianSetpoint(
-        *(row.state, row.mode, blend, as_float32(row.r), as_float32(row.p), as_float32(T_ACC)),
+        *(row.state, row.mode, blend, as_float32(row.r), as_float32(row.p)),
+        as_float32(row.t_acc),
         *(pose, _ANY, second, _ANY),
     )
 
@@ -139,6 +168,23 @@ def succession() -> str:
 def joint_trace() -> str:
     """The first trace."""
     return _traced(joint_segments(), 0.3)
+
+
+def stopped_trace() -> str:
+    """The third."""
+    return _traced(stopped(), 0.3)
+
+
+def departing_trace() -> str:
+    """The last cycles of curves that are left slowly."""
+    printed = []
+    for start in (40, 101, 181):
+        made = trace(departing(start), Blend.CONTINUOUS, 0.8)
+        for cycle in range(start, start + 4):
+            theta, rate, acceleration = made[cycle]
+            numbers = (f"{theta:.9f}", f"{rate:.6f}", f"{acceleration:.3f}")
+            printed.append((str(start), str(cycle), *numbers))
+    return table(("START at", "cycle", "θ", "rate", "acceleration"), printed)
 
 
 def line_trace() -> str:

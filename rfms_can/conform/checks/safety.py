@@ -55,11 +55,11 @@ def commands_in_operational(t: Tester) -> None:
 
 
 def estop(t: Tester) -> None:
-    """In each state: FAULT, EMCY, one DAC of zero, silence; once."""
+    """In each state: FAULT, EMCY, one DAC of zero where DACs went out, silence; once."""
     for state in (S.PREOP, S.HOMING, S.READY, S.OPERATIONAL, S.QUICKSTOP):
         _to(t, state)
         answers = t.estop()
-        off(t, answers)
+        off(t, answers, _goes_off(state))
         emergency(t, answers, F.EMERGENCY_STOP, culprit=0, frame=0, value=0.0, bound=0.0)
         noted(t, S.FAULT, F.EMERGENCY_STOP)
         t.only(t.estop(), (), "ESTOP again")
@@ -72,6 +72,12 @@ def estop(t: Tester) -> None:
     t.say(Config, t.joint, Parameter.KP, 0, 1.0, 0)
     t.only(t.estop(), ("EMCY",), "ESTOP without a configuration")
     noted(t, S.FAULT, F.EMERGENCY_STOP)
+    # nor where the joint is braked: a DAC would open its brake
+    for state in (S.HOMING, S.READY):
+        _to(t, state)
+        t.sync(S.READY)
+        off(t, t.estop(), ("EMCY",))
+        silent(t)
     # out of damping: harder still
     operational(t)
     for _ in range(6):
@@ -82,6 +88,11 @@ def estop(t: Tester) -> None:
     off(t, t.estop())
     noted(t, S.FAULT, F.SETPOINT_MISSING, F.EMERGENCY_STOP)
     silent(t)
+
+
+def _goes_off(state: NodeState) -> tuple[str, ...]:
+    """What OFF sends out of a state that ``_to`` leads to."""
+    return ("EMCY",) if state is S.PREOP else ("EMCY", "DAC")
 
 
 def _to(t: Tester, state: NodeState) -> None:
@@ -114,7 +125,7 @@ def estop_frames(t: Tester) -> None:
     t.equal(t.beat().discarded - before, 64, "discarded frames")
     noted(t, S.PREOP)
     answers = t.give(Frame(stop.id, stop.data, fd=False))
-    off(t, answers)
+    off(t, answers, _goes_off(S.PREOP))
     noted(t, S.FAULT, F.EMERGENCY_STOP)
 
 
@@ -211,7 +222,7 @@ def another_dbc(t: Tester) -> None:
         other = t.wire.dbc_hash ^ 0x10
         values = (state, 0, other)
         answers = t.say(Sync, None, 1200, *values)
-        off(t, answers)
+        off(t, answers, _goes_off(state))
         emergency(
             *(t, answers, F.DBC_MISMATCH),
             culprit=MASTER,
@@ -226,7 +237,7 @@ def another_dbc(t: Tester) -> None:
         t.only(t.sync(S.PREOP), ("HEARTBEAT",) if t.cycle % 12 == 0 else ())
         noted(t, S.PREOP)
     answers = t.say(Sync, None, t.cycle + 1, S.PREOP, 0, t.wire.dbc_hash ^ 1)
-    off(t, answers)
+    off(t, answers, _goes_off(S.PREOP))
     noted(t, S.FAULT, F.DBC_MISMATCH)
 
 
