@@ -70,7 +70,7 @@ def _cycle(
 
 
 def lost_before_start(t: Tester) -> None:
-    """With r going on evenly, a hand-over is the same where the last set-point before it is lost."""
+    """With r going on evenly, a hand-over is the same where the set-point before it is lost."""
     for blend in Blend:
         whole = _errors(t, blend, lost=0)
         for lost in (1, 2):
