@@ -9,7 +9,7 @@ from rfms_can.conform.table import CHECKS
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.wire.nodes import JOINTS
 
-FAST = ("29", "30", "8")
+FAST = ("29", "30", "30b", "40e", "8")
 """Checks that take half of the time; joint 3 has them all."""
 
 

@@ -13,9 +13,11 @@ from rfms_can.conform.checks import (
     ladder,
     presence,
     refusals,
+    runaway,
     safety,
     steps,
     tracing,
+    transitions,
 )
 from rfms_can.conform.tester import Tester
 
@@ -270,6 +272,20 @@ CHECKS: Final[tuple[Check, ...]] = (
         tracing.traces_of("setpoints"),
     ),
     Check(
+        "30b",
+        "every state of a set-point after every other",
+        "taken as the table of states says, else as one that is lost",
+        S,
+        transitions.succession,
+    ),
+    Check(
+        "30c",
+        "one and two set-points lost right before START, r going on evenly",
+        "the transition of set-points that all came, within 1e-6 rad",
+        S,
+        transitions.lost_before_start,
+    ),
+    Check(
         "31",
         "random poses of each arm in all configurations, unreachable ones",
         "angle to 1e-6 rad; quiet",
@@ -407,6 +423,20 @@ CHECKS: Final[tuple[Check, ...]] = (
         "torque off 0.05 rad beyond; a stop in time",
         S,
         steps.end_of_range,
+    ),
+    Check(
+        "40e",
+        "an encoder that goes away from the set-point, slowly, fast, braked, with halts",
+        "EMCY and torque off in the cycle that is one too many; goes on",
+        S,
+        runaway.runaway,
+    ),
+    Check(
+        "40f",
+        "the same in a stop, and while homing",
+        "EMCY and torque off",
+        S,
+        runaway.runaway_of_a_stop,
     ),
     Check(
         "41",

@@ -1,5 +1,6 @@
 """Checks 12 to 19: the configuration, parameter by parameter and as a set."""
 
+import binascii
 import struct
 from typing import Any, Final
 
@@ -199,6 +200,20 @@ def in_any_order(t: Tester) -> None:
     committed(t, ConfigStatus.TAKEN, "with another KP")
     if set_hash(other) == set_hash(bench):
         t.fail("the same hash", "another hash with another KP")
+    t.to_preop()
+    send_all(t, _whose_crc_is_0(bench))
+    committed(t, ConfigStatus.TAKEN, "of a set whose CRC is 0: its hash is 1")
+
+
+def _whose_crc_is_0(bench: Parameters) -> Parameters:
+    """The bench with an ARM_ID that makes the CRC 0, which stands for no configuration."""
+    hashed = sorted(p for p in bench if p not in (P.CLOCK, P.BARRIER))
+    assert hashed[0] is P.ARM_ID
+    rest = b"".join(struct.pack("<Bf", p, bench[p]) for p in hashed[1:])
+    for number in range(1 << 24):
+        if binascii.crc_hqx(struct.pack("<Bf", P.ARM_ID, number) + rest, 0xFFFF) == 0:
+            return {**bench, P.ARM_ID: float(number)}
+    raise AssertionError("no ARM_ID makes the CRC 0")
 
 
 def after_commit(t: Tester) -> None:

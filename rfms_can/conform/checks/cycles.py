@@ -64,6 +64,15 @@ def start_within_a_cycle(t: Tester) -> None:
     t.cycle = -1
     t.only(Answers(h for h in t.run() if h.name != "HEARTBEAT"), ("ERROR", "DAC"), "cycle 0")
     t.state_is(S.OPERATIONAL)
+    # enabled once more in a cycle that has had its DAC: no second one
+    t.run()
+    cycle = t.cycle
+    t.only(t.command(Command.STOP), ())
+    t.start()
+    t.cycle = cycle
+    t.only(t.measure(), (), "MEASURE after START, all six errors told before it")
+    t.cycle = -1
+    t.only(Answers(h for h in t.run() if h.name != "HEARTBEAT"), ("ERROR", "DAC"), "cycle 0")
 
 
 def first_cycle(t: Tester) -> None:

@@ -6,7 +6,7 @@ from rfms_can.conform.checks.emergencies import emergency, noted, off, silent
 from rfms_can.conform.tester import Tester
 from rfms_can.wire.nodes import PLANT
 from rfms_can.wire.records import Dac, Reference
-from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
+from rfms_can.wire.vocabulary import Command, ConfigStatus, FaultCode, NodeState, Parameter
 
 S = NodeState
 INTERVAL: Final = 1000.0 / 8000.0
@@ -159,3 +159,10 @@ def held(t: Tester) -> None:
     noted(t, S.READY)
     t.only(t.command(Command.RESET), ())
     noted(t, S.PREOP)
+    # the same set again, which is in force already, leaves the reference as it is
+    t.equal(ConfigStatus(t.commit().status).name, "TAKEN", "answer to the same COMMIT")
+    t.only(t.command(Command.HOME), ())
+    t.sync(S.HOMING)
+    t.measure()
+    t.one(t.reference(valid=0), "DAC")
+    noted(t, S.READY)

@@ -4,8 +4,8 @@ from rfms_can.conform.outcome import CheckSkipped
 from rfms_can.conform.samples import UNKNOWN_PARAMETER
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import QUIET_S, Tester
-from rfms_can.wire.nodes import HEARTBEAT_EVERY
-from rfms_can.wire.records import Config, Nmt, Sync
+from rfms_can.wire.nodes import HEARTBEAT_EVERY, MASTER
+from rfms_can.wire.records import Config, Heartbeat, Nmt, Sync
 from rfms_can.wire.vocabulary import Command, NodeState
 
 WINDOW = 16
@@ -77,6 +77,12 @@ class _Counters:
             t.skip_counter(Config, t.joint, -steps)
         t.equal(discarded, self._refused, f"discarded frames after {why}")
 
+    def to_255(self) -> None:
+        """Frames in step up to the last number of a counter."""
+        while left := 255 - self._t.counter(Config, self._t.joint) & 0xFF:
+            self.step(min(left, WINDOW), True, "a frame in step")
+        self.step(1, True, "counter 255")
+
     def strays(self, first: int, count: int, apart: int = 1) -> None:
         """Frames out of step in a row, the last of which is taken."""
         for number in range(1, count + 1):
@@ -116,6 +122,9 @@ def counter_rule(t: Tester) -> None:
     step(1, True, "the frame after the leap")
     strays(90, 2 * ROW)
     strays(90, 4 * ROW)
+    counters.to_255()
+    step(WINDOW + 1, False, "a counter 17 ahead of 255")
+    step(1, True, "counter 0 after 255")
     t.send(t.master_beat(t.boot_id ^ 0x55))
     step(77, True, "the first frame after a HEARTBEAT of the master with another boot id")
     step(1, True, "the next")
@@ -123,6 +132,7 @@ def counter_rule(t: Tester) -> None:
     strays(90, ROW)
     t.send(t.master_beat(t.boot_id ^ 0x55))
     step(-20, False, "a counter back, after a HEARTBEAT with the same boot id")
+    t.skip_counter(Heartbeat, MASTER, -1)  # it counts from anywhere, as any that has started
     t.send(t.master_beat())
     step(1, True, "the first frame after a HEARTBEAT with another boot id")
 

@@ -1,0 +1,155 @@
+"""Checks 40e and 40f: a joint that moves away from its set-point loses its torque, no other."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from rfms_can.conform.checks.emergencies import count, emergency, noted, off, silent
+from rfms_can.conform.checks.ladder import bare
+from rfms_can.conform.talk import Answers
+from rfms_can.conform.tester import Tester
+from rfms_can.wire.records import Measure
+from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
+
+S, F, P = NodeState, FaultCode, Parameter
+
+# On the bench: counts from 161 counts of error on; 3.2 counts a cycle are motion, 32 are fast.
+UNTIL: Final = (80, 150)
+"""Where the encoder goes first, counts away from the set-point: within the bound."""
+RUNAWAYS: Final[tuple[tuple[int, ...], ...]] = (
+    (170, 190, 210, 230, 250),
+    (158, 162, 166, 170, 174, 178),  # the first is within the bound, 4 counts are motion
+    (180, 208, 236, 264, 292),  # braked to 0.93
+    (170, 201, 232, 263, 294),  # nearly fast
+    (170, 203),  # fast: the second cycle is enough
+    (170, 190, 190, 210, 230, 250, 270, 290),  # it stood once: counted from there
+    (180, 200, 220, 240, 260, 280),  # braked to 0.67 at once: counted from there
+)
+"""Encoder positions; at the last the torque goes off, and not before."""
+NONE: Final[tuple[tuple[int, ...], ...]] = (
+    (152, 154, 156, 158, 159, 159),  # within the bound
+    (162, 165, 168, 171, 174, 177, 180, 183),  # 3 counts are no motion
+    (170, 190, 210, 230, 230, 250, 270, 290, 310, 310),  # four cycles, twice
+    (180, 206, 229, 249, 266, 280, 292),  # its servo brakes it
+    (190, 191, 192),  # one fast cycle
+    (190, 170, 190, 170, 190),  # it comes back
+)
+BOUNDS: Final[tuple[tuple[Mapping[Parameter, float], float], ...]] = (
+    ({P.FOLLOWING_ERROR_LIMIT: 0.01}, 0.005),
+    ({P.KP: 2000.0}, 0.0025),
+    ({P.KP: 0.0, P.FOLLOWING_ERROR_LIMIT: 0.02}, 0.01),
+    ({P.SPEED_LIMIT: 1.0}, 0.01),
+    ({P.KP: 500.0, P.TORQUE_LIMIT: 6.0}, 0.006),
+)
+"""Other parameters, and the error from which it counts then, rad."""
+BOUND: Final = 0.02
+WATCHED: Final = 3
+"""Cycles at rest before."""
+
+
+def runaway(t: Tester) -> None:
+    """In OPERATIONAL, by the numbers; with other parameters; where the arm complies, not at all."""
+    for sign in (1, -1):
+        for way in RUNAWAYS:
+            _operational(t, {}, (*UNTIL, *way), sign, BOUND)
+        for way in NONE:
+            _operational(t, {}, (*UNTIL, *way), sign, None)
+    for changes, bound in BOUNDS:
+        t.configure(changes)
+        least = int(bound / count(t))
+        way = (least // 2, least, *(least + 15 * n for n in range(1, 6)))
+        _operational(t, changes, way, 1, bound)
+    _operational(t, {}, (*UNTIL, *RUNAWAYS[0], 270), 1, None, complies=True)
+    _error_shrinks(t)
+
+
+def _operational(
+    t: Tester,
+    changes: Mapping[Parameter, float],
+    way: Sequence[int],
+    sign: int,
+    bound: float | None,
+    *,
+    complies: bool = False,
+) -> None:
+    """The encoder goes ``way``, the set-point stays; torque goes off at its end, or nothing."""
+    t.operational(changes)
+    if complies:
+        told = (*t.own_first([1.0, *[0.0] * 5]), *[0.0] * 6, 0.0, 1, 0, 0.0, 1, 1)
+        t.rows(1, told)
+    t.run(WATCHED)
+    goal = t.measured
+    for number, counts in enumerate(way):
+        t.theta = goal + sign * counts * count(t)
+        t.sync()
+        t.measure()
+        answers = t.setpoint(goal)
+        if bound is not None and number == len(way) - 1:
+            _lost(t, answers, goal - t.measured, bound)
+            return
+        t.only(answers, ("ERROR",), f"{counts} counts away, of {way}")
+        t.only(t.errors(), ("DAC",))
+    noted(t, S.OPERATIONAL)
+
+
+def _lost(t: Tester, answers: Answers, error: float, bound: float) -> None:
+    off(t, answers)
+    emergency(
+        *(t, answers, F.RUNAWAY),
+        culprit=t.joint,
+        frame=t.codec(Measure, t.joint).id,
+        value=error,
+        bound=bound,
+        tolerance=1e-6,
+    )
+    noted(t, S.FAULT, F.RUNAWAY)
+    silent(t)
+
+
+def _error_shrinks(t: Tester) -> None:
+    """A set-point that comes after the joint faster than the joint goes begins the count again."""
+    t.operational()
+    t.run(WATCHED)
+    goal = t.measured
+    way = [(0, n) for n in (*UNTIL, 170, 190, 210, 230)]
+    way += [(25, 250), (25, 270), (25, 290), (25, 310), (25, 330), (25, 350)]
+    for number, (ahead, counts) in enumerate(way, 1):
+        t.theta = goal + counts * count(t)
+        t.sync()
+        t.measure()
+        answers = t.setpoint(goal + ahead * count(t))
+        if number == len(way):
+            _lost(t, answers, goal + ahead * count(t) - t.measured, BOUND)
+            return
+        t.only(answers, ("ERROR",), f"{counts} counts away, the set-point {ahead}")
+        t.only(t.errors(), ("DAC",))
+
+
+def runaway_of_a_stop(t: Tester) -> None:
+    """A controlled stop, and homing, are watched too."""
+    for way in (RUNAWAYS[0], RUNAWAYS[4]):
+        t.operational()
+        t.run(WATCHED)
+        goal = t.measured
+        t.command(Command.QUICKSTOP)
+        for number, counts in enumerate((*UNTIL, *way), 1 - len(UNTIL)):
+            t.theta = goal + counts * count(t)
+            t.sync(S.QUICKSTOP)
+            answers = t.measure()
+            if number == len(way):
+                _lost(t, bare(answers), goal - t.measured, BOUND)
+                break
+            t.only(answers, ("DAC",), f"{counts} counts away")
+    t.configure()
+    begin = -0.9
+    t.command(Command.HOME)
+    step = t.parameters[P.HOMING_SPEED] * t.parameters[P.PERIOD]
+    for number in range(10):  # the goal goes on by 12.8 counts, the joint back by 20
+        t.theta = begin - 20 * number * count(t)
+        t.sync(S.HOMING)
+        t.measure()
+        answers = t.reference(valid=0)
+        if number == 9:
+            error = 10 * step + 9 * 20 * count(t)
+            _lost(t, answers, error, BOUND)
+            return
+        t.only(answers, ("DAC",), f"cycle {number} of homing backwards")

@@ -1,0 +1,1 @@
+"""Mutants of the joint node: its code with one thing wrong, by operators and by hand."""
