@@ -10,7 +10,7 @@ from random_programs.fine import Case, evidence
 from random_programs.joints import NodeJoints, RefusedError
 from random_programs.judge import Judge
 from rfms_can.arm import Arm
-from rfms_can.errors import KinematicsError, MoveError
+from rfms_can.errors import KinematicsError, MoveError, TrackingError
 from rfms_can.kinematics import Joints
 from rfms_can.master.motion import Motion
 from rfms_can.master.trajectory.planning import with_straight_wrist
@@ -120,7 +120,7 @@ class Trial:
                     break
                 self._go_on(move)
             self._finish()
-        except (RefusedError, AssertionError) as error:
+        except (RefusedError, TrackingError, AssertionError) as error:
             self._broken = self._broken or str(error)
         judge = self._judge
         return Result(
