@@ -1,6 +1,6 @@
 """Checks 30b and 30c: which set-point may follow which, and a hand-over after one that was lost."""
 
-from typing import Final
+from typing import Any, Final
 
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
@@ -57,7 +57,7 @@ def _cycle(
     angle, second = angles
     if state is T.START and mode is M.CARTESIAN:
         second = None
-    told = {"state": state, "mode": mode, "r": r, "blend_p": p, "acceleration_time": 0.04}
+    told: Any = {"state": state, "mode": mode, "r": r, "blend_p": p, "acceleration_time": 0.04}
     poses = 1 if second is None else 2
     first = t.setpoint_frame(JOINT_SETPOINT_BELONGS, poses=poses, blend=blend, **told)
     frames = [first, t.angles_frame(angle)]
