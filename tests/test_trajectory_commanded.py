@@ -7,7 +7,7 @@ from support.trajectory import HOME, LEFT_DOWN, TAU, Rig, over_the_wire
 from rfms_can.arm import PUMA_260
 from rfms_can.kinematics import direct
 from rfms_can.master.trajectory.braking import Brake
-from rfms_can.master.trajectory.commanded import CommandedTrajectory
+from rfms_can.master.trajectory.commanded import LEAP, CommandedTrajectory
 from rfms_can.master.trajectory.goal import FixedGoal
 from rfms_can.master.trajectory.segment import Move
 from rfms_can.transform import Transform
@@ -101,11 +101,11 @@ def test_a_set_point_that_leaps_names_joint_number_and_bound_and_changes_nothing
     setpoint = rig.setpoints[-1]
     assert commanded.check(setpoint) is None
     before = commanded.theta, [joint.mark() for joint in commanded._joints]
-    reason = commanded.check(setpoint._replace(T6_1=shifted(HOME, 2, 30.3 * TAU**2)))
+    reason = commanded.check(setpoint._replace(T6_1=shifted(HOME, 2, 1.01 * LEAP)))
     assert reason is not None
-    assert reason.startswith("puma260: joint 2: set-point acceleration 30.3 rad/s2 exceeds 10")
+    assert reason.startswith("puma260: joint 2: set-point acceleration 202 rad/s2 exceeds 10")
     assert (commanded.theta, [joint.mark() for joint in commanded._joints]) == before
-    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 2, 29.9 * TAU**2))) is None
+    assert commanded.check(setpoint._replace(T6_1=shifted(HOME, 2, 0.99 * LEAP))) is None
 
 
 def test_a_set_point_that_cannot_follow_is_our_own_bug() -> None:

@@ -33,7 +33,7 @@ PAUSE_TICKS: Final = 250
 REACHED: Final = 5e-6
 """Largest distance of a joint from the angle it was asked for, rad, at rest: what a pose of float32
 leaves of it where the wrist is just not near enough for joints to be told their angles."""
-LONGEST: Final = 60_000
+LONGEST: Final = 150_000
 """Cycles until a program counts as one that never ends."""
 TOOL: Final = Transform.translation(0.0, 0.0, 0.1)
 REMEDIES: Final = 3

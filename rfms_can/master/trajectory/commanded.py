@@ -25,9 +25,10 @@ its straight part is short they are a few per cent off."""
 PAST_END: Final = 1e-3
 """Rad a set-point may be past the end of a joint's range, for the same reason: stops are 0.05 rad
 behind the ends. What poses are solved to has to be inside."""
-BENT: Final = 3.0
-"""How much more than its limit a joint may be asked to accelerate: within that it lags behind. In a
-slow feed joints fit longer pieces of a path that bends next to a singularity."""
+LEAP: Final = 5e-3
+"""Rad a joint may be asked to leap from one step to the next: within that it lags behind. In a slow
+feed joints fit longer pieces of a path that bends next to a singularity; and where a path begins
+there, 1e-8 m decide where theta4 comes from."""
 
 
 NEAR_WRIST: Final = 0.05
@@ -118,7 +119,7 @@ class CommandedTrajectory:
                 lower - PAST_END,
                 upper + PAST_END,
                 FASTER * speed * period_s,
-                BENT * bend,
+                max(bend, LEAP),
                 0.5 / bend,
             )
             for (lower, upper), speed, bend in zip(
@@ -268,7 +269,7 @@ class CommandedTrajectory:
         if abs(step) > FASTER * limit * tau:
             return f"{name}set-point speed {step / tau:.4g} rad/s exceeds {limit:g} rad/s"
         limit, bend = self.arm.acceleration_limits[number - 1], step - before.step
-        if abs(bend) > BENT * limit * tau * tau:
+        if abs(bend) > max(limit * tau * tau, LEAP):
             return (
                 f"{name}set-point acceleration {bend / tau**2:.4g} rad/s2 exceeds {limit:g} rad/s2"
             )

@@ -26,9 +26,9 @@ from rfms_can.wire.vocabulary import Mode
 LEAP: Final = 1.0
 """Rad between two of the closest samples of a path that say: here it is not continuous."""
 
-NEXT_TO: Final = (1e-4, 1e-3, 1e-2, 1e-1)
+NEXT_TO: Final = tuple(1e-9 * 2.0**k for k in range(28))
 """How far, in h, from an end of a path with a straight wrist theta4 is looked at: the nearest place
-where the path tells it."""
+where the path tells it, twice and three times as far. What it tends to follows by a parabola."""
 
 WATCHED: Final = (0.25, 0.5, 0.75, 1.0)
 """Where in the time that joints watch a moving start it is looked at."""
@@ -256,10 +256,11 @@ class Base:
             return None
         for near in NEXT_TO:
             if self._wrist_sine(abs(end - near)) > TOLD:
-                by, further = (
-                    self.solve(abs(end - k * near), 0.0, previous)[3] for k in (1.0, 2.0)
+                by, further, furthest = (
+                    self.solve(abs(end - k * near), 0.0, previous)[3] for k in (1.0, 2.0, 3.0)
                 )
-                return by + math.remainder(by - further, math.tau)
+                last = math.remainder(by - further, math.tau)
+                return by + 2.0 * last - math.remainder(further - furthest, math.tau)
         return previous[3]  # straight all the way
 
     def _wrist_sine(self, h: float) -> float:
