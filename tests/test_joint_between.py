@@ -152,6 +152,20 @@ def test_start_counts_as_the_sync_before_the_first(ready: JointBench) -> None:
     assert held.action.tells_error and not ready.node.faults
 
 
+def test_what_came_before_start_has_no_part_in_the_cycle_under_way(ready: JointBench) -> None:
+    ready.sync()
+    ready.setpoint()
+    ready.measure()
+    ready.other_errors([0.5] * 6)
+    ready.command(Command.START)
+    assert ready.other_errors(without=(1, 3, 4, 5, 6)) == []
+    ready.setpoint()
+    assert kinds(ready.measure()) == ["ERROR"]
+    ready.cycle = -1
+    assert "DAC" in kinds(ready.run())
+    assert not ready.node.faults
+
+
 def test_reset_in_preop_forgets_the_rows_of_the_master_before(wire: Wire) -> None:
     bench = JointBench(wire)
     bench.configure()

@@ -203,17 +203,6 @@ def test_a_new_cycle_forgets_the_frames_of_the_one_before() -> None:
         assert part is None
 
 
-def test_errors_heard_before_the_start_are_not_servoed_on() -> None:
-    inputs = CycleInputs()
-    inputs.begin(dac_due=True)
-    for index in range(6):
-        inputs.take_error(index, 1.0, 2.0, 3.0)
-    inputs.start()
-    assert inputs.servoed
-    assert not inputs.dac_due
-    assert inputs.errors == inputs.rates == inputs.accelerations == [0.0] * 6
-
-
 # --- the controller -----------------------------------------------------------------------------
 
 

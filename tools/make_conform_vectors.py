@@ -7,6 +7,7 @@ nothing of ours; what is asked of it (poses, parameters of arms) comes from our 
 
 import json
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
@@ -91,23 +92,23 @@ REST: Final = (0.3, 0.9, -2.4, 0.4, -0.9, 0.5)
 def main() -> None:
     """Write all files."""
     VECTORS.mkdir(exist_ok=True)
-    write("bench", bench())
-    write("arms", {arm.name: parameters(arm) for arm in ARMS.values()})
-    write("inverse", {arm.name: inverse(arm) for arm in ARMS.values()})
-    write("straight", [straight(*case) for case in STRAIGHT])
-    write("turns", {str(joint): turning(joint) for joint in JOINTS})
-    write("hashes", hashes())
-    write("ranges", ranges())
+    for file, make in FILES.items():
+        write(file, make())
     for file, traces in TRACES.items():
         write(file, {"traces": recorded(traces(), torques=file != "setpoints")})
 
 
 def write(name: str, content: Any) -> None:
-    """One file: a line for each entry of the outermost list or table."""
+    """One file."""
+    (VECTORS / f"{name}.json").write_text(text_of(content), encoding="utf-8")
+
+
+def text_of(content: Any) -> str:
+    """A file: a line for each entry of the outermost list or table."""
     text = json.dumps(content, separators=(",", ":"))
     for opening in ('{"o":', '{"name":', '{"cycle":'):
         text = text.replace(opening, "\n" + opening)
-    (VECTORS / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+    return text + "\n"
 
 
 def bench_parameters() -> dict[str, float]:
@@ -220,6 +221,18 @@ def ranges() -> dict[str, dict[str, Any]]:
         }
         for name, low, high, kind in TABLE.values()
     }
+
+
+FILES: Final[dict[str, Callable[[], Any]]] = {
+    "bench": bench,
+    "arms": lambda: {arm.name: parameters(arm) for arm in ARMS.values()},
+    "inverse": lambda: {arm.name: inverse(arm) for arm in ARMS.values()},
+    "straight": lambda: [straight(*case) for case in STRAIGHT],
+    "turns": lambda: {str(joint): turning(joint) for joint in JOINTS},
+    "hashes": hashes,
+    "ranges": ranges,
+}
+"""Files of numbers, and what makes them."""
 
 
 if __name__ == "__main__":

@@ -453,7 +453,7 @@ class JointController:
         self.servo.reset()
         self._runaway.reset()
         self.trajectory.reset(self.theta)
-        self._inputs.start()
+        self._inputs.begin(dac_due=False)  # what the others told before START counts for nothing
         self._cycle = -1
         self._cycles_held = 0
         self._bias = self._displacement = 0.0

@@ -77,14 +77,6 @@ class CycleInputs:
         self.dac_due = dac_due
         self.setpoint_due = setpoint_due
 
-    def start(self) -> None:
-        """The joint is enabled within a cycle: its errors so far, and its DAC frame, count for
-        nothing."""
-        zero = [0.0] * len(JOINTS)
-        self.errors[:] = self.rates[:] = self.accelerations[:] = zero
-        self.servoed = self.heard == ALL_ERRORS
-        self.dac_due = self.setpoint_due = False
-
     def take_error(self, index: int, error: float, rate: float, acceleration: float) -> None:
         """One of the six errors is known."""
         self.errors[index] = error

@@ -27,11 +27,12 @@ MOVED: Final = 2e-5
 
 
 def whole_cycle() -> str:
-    """ROWS, SYNC, SETPOINT_1, MEASURE, six ERRORs and DAC, none of them cut."""
-    pump = Pump().enabled()
+    """SYNC, SETPOINT_1, MEASURE, six ERRORs and DAC, twice, ROWS between: none of them cut."""
+    pump = Pump().started()
     terms: list[ServoTerms] = []
     pump.node.record_terms(lambda _cycle, told: terms.append(told))
     since = len(pump.passed)
+    pump.run()
     rest = (GRAVITY, 1, Law.PID, 0.0, 0, 0)
     pump.say(Rows, JOINT, *LAW_ROW, *INERTIA_ROW, *rest)
     pump.sync(NodeState.OPERATIONAL, 1)

@@ -192,12 +192,17 @@ class Pump:
             self.measure()
             self.other_errors()
 
-    def enabled(self) -> "Pump":
-        """From power-up to OPERATIONAL, and through a cycle."""
+    def started(self) -> "Pump":
+        """From power-up to OPERATIONAL."""
         self.introduce()
         self.configure()
         self.home()
         self.command(Command.START)
+        return self
+
+    def enabled(self) -> "Pump":
+        """From power-up to OPERATIONAL, and through a cycle."""
+        self.started()
         self.run()
         assert self.node.state is NodeState.OPERATIONAL
         return self

@@ -57,10 +57,7 @@ def start_within_a_cycle(t: Tester) -> None:
     cycle = t.cycle
     t.start()
     t.cycle, t.row_set = cycle, 1
-    answers = t.setpoint() + t.measure()
-    t.equal(answers.names[:1], ["ERROR"], "first answer")
-    for dac in answers.of("DAC"):
-        t.equal(dac.current_dac, 0, "DAC code without errors after START")
+    t.only(t.setpoint() + t.measure(), ("ERROR",), "errors of before START count for nothing")
     t.cycle = -1
     t.only(Answers(h for h in t.run() if h.name != "HEARTBEAT"), ("ERROR", "DAC"), "cycle 0")
     t.state_is(S.OPERATIONAL)
