@@ -396,6 +396,13 @@ CHECKS: Final[tuple[Check, ...]] = (
         S,
         steps.setpoint_step,
     ),
+    Check(
+        "39d",
+        "a step beyond the bound one good cycle after two that were held",
+        "EMCY, QUICKSTOP: holding does not widen it for ever",
+        S,
+        steps.step_after_holding,
+    ),
     Check("39b", "an error beyond 2 rad", "as a step", S, steps.too_far),
     Check(
         "39c", "the stop after a step", "never faster than the joint was", S, None, pending=LATER

@@ -44,6 +44,22 @@ def setpoint_step(t: Tester) -> None:
                 t.one(t.measure(), "DAC", "the stop")
 
 
+def step_after_holding(t: Tester) -> None:
+    """A set-point that is taken ends the holding: the next step is bounded as ever."""
+    operational(t)
+    for _ in range(2):
+        t.sync()
+        t.measure()
+        t.errors()
+    before = t.measured
+    t.only(bare(t.run()), ("ERROR", "DAC"), "a good cycle after two that were held")
+    t.sync()
+    t.measure()
+    answers = t.setpoint(before + 1.005 * step_limit(t))
+    t.only(answers, ("EMCY",), "a step of 1.005 of the bound")
+    t.state_is(S.QUICKSTOP)
+
+
 def too_far(t: Tester) -> None:
     """An error that ERROR cannot say is a step, however small the step."""
     t.operational({Parameter.PERIOD: 1.0}, theta=-1.0)
