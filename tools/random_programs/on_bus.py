@@ -101,6 +101,8 @@ class Batch:
         try:
             outcome = execute(self._program, self._settings, watch=self._commanded.watch)
         except RfmsError as error:
+            if len(self.results) == len(self._seeds):
+                raise
             self._note(self._seeds[len(self.results)], 0, 0, "", str(error), 0)
             return self.results
         if outcome.fault is not None and len(self.results) < len(self._seeds):
@@ -130,6 +132,7 @@ class Batch:
             except RfmsError as error:
                 bad = str(error) or type(error).__name__
             self._note(seed, len(program.moves), accepted, why, bad, arm.status.cycle - began)
+        self._go_to(arm, program)  # to rest: its last goal may go on for ever
 
     def _end(self, arm: Coordinator) -> str:
         """What the moves before a refusal have come to."""
