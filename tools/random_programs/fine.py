@@ -166,6 +166,9 @@ def _places(case: Case) -> Iterator[tuple[float, float]]:
     """h and t, s, of the poses of a path: of the way, and of all that its goal does at its end."""
     mode, target = case.mode, case.position.goal
     goes = mode.segment_time or 0.0
+    if not target.constant:  # as joints watch it before it takes over
+        begins = 2.0 * mode.acceleration_time
+        yield from ((0.0, -begins * (1.0 - k / POSES)) for k in range(POSES))
     if mode.mode is Mode.CARTESIAN or not target.constant:
         yield from ((k / POSES, k / POSES * goes) for k in range(POSES))
     for k in range(POSES if target.cycle_s else 1):
@@ -183,6 +186,7 @@ def _broken(arm: Arm, trial: Trial, factor: float, tau: float) -> Iterator[str]:
         moves = (_finer(departed.segment.move, 1.0), *moves)
     generator.enable(direct(arm, start), configuration_of(arm, start), start)
     exact = _Exact(arm, tau, start)
+    rested = 0
     try:
         for number in dict.fromkeys(each.sequence for each in moves):
             generator.request(*(each for each in moves if each.sequence == number))
@@ -197,7 +201,8 @@ def _broken(arm: Arm, trial: Trial, factor: float, tau: float) -> Iterator[str]:
             return
         if setpoint.sequence == move.sequence:
             yield from _passed(arm, exact, tau, setpoint.h)
-        if generator.at_rest:
+        rested = rested + 1 if generator.at_rest else 0
+        if rested > move.target.cycle_s / tau:  # and all that its goal does then
             return
     yield "it never ends"
 

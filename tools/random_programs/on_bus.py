@@ -95,6 +95,7 @@ class Batch:
         self._settings = RunSettings(arm=arm)
         self._commanded = Commanded(self._arm, 1.0 / self._settings.rate)
         self.results: list[Brief] = []
+        self._last = 0  # number of the move that was accepted last
 
     def run(self) -> list[Brief]:
         """Run them; a fault ends the batch, and counts for the program it happened in."""
@@ -119,10 +120,10 @@ class Batch:
             accepted, why, bad = 0, "", ""
             try:
                 for number, move in enumerate(program.moves):
-                    self._ask(arm, tool, f"{seed}.{number}", move)
+                    self._last = self._ask(arm, tool, f"{seed}.{number}", move)
                     accepted += 1
                     self._go_on(arm, move)
-                arm.wait()
+                arm.wait(self._last)
             except MoveError:
                 refused = program.moves[accepted]
                 why = f"{refused.kind}, {refused.mode['interpolation']}"
@@ -139,7 +140,7 @@ class Batch:
         try:
             arm.feed(1.0)
             arm.resume()
-            arm.wait()
+            arm.wait(self._last)
         except FaultError:
             raise
         except RfmsError as error:
@@ -153,19 +154,19 @@ class Batch:
         pose = arm.transform("start", direct(self._arm, program.start))
         config = str(configuration_of(self._arm, program.start))
         position = arm.position("start", arm.t6 == pose, config=config)
-        arm.wait(arm.move(position, arm.mode("there", **THERE)))
+        self._last = arm.move(position, arm.mode("there", **THERE))
+        arm.wait(self._last)
 
-    def _ask(self, arm: Coordinator, tool: Any, name: str, move: Move) -> None:
-        """Ask for a move; see ``Trial``."""
+    def _ask(self, arm: Coordinator, tool: Any, name: str, move: Move) -> int:
+        """Ask for a move, and tell its number; see ``Trial``."""
         mode = arm.mode(name, **move.mode)
         if move.angles is not None:
-            arm.move(arm.joint_position(name, move.angles), mode)
-            return
+            return arm.move(arm.joint_position(name, move.angles), mode)
         goal = arm.transform(f"at {name}", move.target @ TOOL)
         if move.function is not None:
             goal = goal @ arm.functional(f"by {name}", move.function)
         position = arm.position(name, arm.t6 @ tool == goal, tool=tool, config=move.configuration)
-        arm.move(position, mode)
+        return arm.move(position, mode)
 
     def _go_on(self, arm: Coordinator, move: Move) -> None:
         """Wait, or go on after some cycles; change the pace after the request."""
@@ -180,7 +181,7 @@ class Batch:
                 arm.sleep(PAUSE_S)
                 arm.resume()
         if move.waits:
-            arm.wait()
+            arm.wait(self._last)  # at a goal that goes on the arm never rests
         else:
             arm.sleep(max(1, move.after) * period)
 
