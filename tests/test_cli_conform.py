@@ -1,15 +1,23 @@
 """``rfms conform`` as a user types it, on the simulated bus."""
 
 import json
+import threading
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from support.command_line import Rfms, run_here
 
-from rfms_can.cli.conform import chosen, is_simulated
+from rfms_can.bus.hub.port import HubPort
+from rfms_can.bus.hub.server import Hub
+from rfms_can.cli.conform import SWITCH_ON, chosen, is_simulated
+from rfms_can.conform import tester
 from rfms_can.conform.table import CHECKS, Kind
+from rfms_can.errors import RfmsError
 from rfms_can.joint_nodes import controller
+from rfms_can.wire.contract import Wire
+from rfms_can.wire.records import Heartbeat
+from rfms_can.wire.vocabulary import NodeState
 
 
 @pytest.fixture
@@ -67,6 +75,46 @@ def test_wrong_words_are_told_in_one_line(rfms: Rfms) -> None:
     needs = rfms("conform", "2", "--bus", "sim", "--check", "29").complaint
     assert needs == "rfms: check 29 needs --class sensor"
     assert "hub 'none-there'" in rfms("conform", "2", "--bus", "hub:none-there").complaint
+
+
+def test_power_on_says_when_to_switch_the_node_on(
+    rfms: Rfms, runtime: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The suite is on the bus by then: a HEARTBEAT sent at that line is the first frame it gets."""
+    wire = Wire()
+    beat = wire.sender(Heartbeat, 2).frame(NodeState.PREOP, 0, 0, 7, wire.dbc_hash, 0, 0, 0)
+    hub = Hub("power")
+    thread = threading.Thread(target=hub.run)
+    thread.start()
+    node = HubPort("power", None, client="node")
+    told: list[str] = []
+
+    def switch_on(text: str, *, err: bool) -> None:
+        assert err and not told
+        told.append(text)
+        node.send((beat,))
+
+    def no_answers(one: tester.Tester, seconds: float) -> None:
+        frame = one.line.receive(one.line.now_ns + round(seconds * 1e9))
+        assert frame == beat
+        raise RfmsError("heard")
+
+    monkeypatch.setattr("rfms_can.cli.conform.typer.echo", switch_on)
+    monkeypatch.setattr(tester.Tester, "wait_for_power", no_answers)
+    try:
+        ended = rfms("conform", "2", "--bus", "hub:power", "--check", "1", "--power-on")
+    finally:
+        node.close()
+        hub.stop()
+        thread.join(5)
+        hub.close()
+    assert told == [SWITCH_ON]
+    assert "heard" in ended.complaint
+
+
+def test_on_the_simulated_bus_the_tester_switches_it_on(rfms: Rfms) -> None:
+    ended = rfms("conform", "2", "--bus", "sim", "--check", "1", "--power-on")
+    assert (ended.code, SWITCH_ON in ended.err) == (0, False)
 
 
 def test_a_class_includes_those_that_need_less() -> None:

@@ -9,6 +9,7 @@ import pytest
 from support.command_line import start
 
 from rfms_can.bus.hub.address import live_hubs
+from rfms_can.cli.conform import SWITCH_ON
 from rfms_can.conform.table import CHECKS
 
 pytestmark = pytest.mark.processes
@@ -30,7 +31,8 @@ def test_our_joint_passes_on_a_hub_in_time(tmp_path: Path) -> None:
         begin = time.monotonic()
         words = ("--class", "sensor", "--power-on", "--json", "--junit", junit)
         suite = start("conform", JOINT, "--bus", f"hub:{name}", *words)
-        time.sleep(1.5)  # it has no way to say that it listens
+        assert suite.stderr is not None
+        assert suite.stderr.readline() == f"{SWITCH_ON}\n"
         joint = start("joint", JOINT, "--bus", f"hub:{name}")
         out, err = suite.communicate(timeout=LONG_S)
         taken = time.monotonic() - begin

@@ -82,6 +82,16 @@ def test_the_hello_and_the_welcome_are_those_of_the_page(hub: Hub) -> None:
     sock.close()
 
 
+def test_the_welcome_has_none_of_the_spaces_of_the_page(hub: Hub) -> None:
+    _, shown = re.findall(r"```json\n(.*)\n```", PAGE)
+    sock = connect()
+    sock.send(b'{"client":"terse"}')
+    answer = sock.recv(ROOM).decode()
+    assert answer != shown
+    assert answer == shown.replace(" ", "")
+    sock.close()
+
+
 def test_a_client_needs_only_its_name(hub: Hub) -> None:
     all_frames, answer = greet({"client": "all"})
     assert answer["refused"] == ""

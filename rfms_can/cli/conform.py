@@ -37,6 +37,8 @@ UNDER: Final = {
 """Classes that a class includes."""
 POWER_ON_S: Final = 60.0
 """How long the suite waits for the node to be switched on."""
+SWITCH_ON: Final = "switch the node on now"
+"""What a hand, or a script, waits for with ``--power-on``."""
 
 
 def conform(
@@ -53,7 +55,7 @@ def conform(
         bool, typer.Option("--allow-motion", help="sensor and axis where a motor may be connected")
     ] = False,
     power_on: Annotated[
-        bool, typer.Option("--power-on", help="wait for the node to be switched on")
+        bool, typer.Option("--power-on", help="say when to switch the node on, and wait for it")
     ] = False,
     fail_fast: Annotated[
         bool, typer.Option("--fail-fast", help="end at the first required check that fails")
@@ -72,7 +74,8 @@ def conform(
     line = open_line(bus, number, wire)
     try:
         tester = Tester(line, number, wire, Vectors(), boot_id=time.time_ns() & 0xFFFFFFFF)
-        if power_on:
+        if power_on and not line.virtual:  # there the tester switches it on itself
+            typer.echo(SWITCH_ON, err=True)  # the port is open: what the node says is kept
             tester.wait_for_power(POWER_ON_S)
         outcomes = _run(tester, checks, fail_fast)
     finally:

@@ -137,9 +137,10 @@ def faults() -> str:
 def reactions() -> str:
     """What each reaction is, with the state it leads to."""
     state = {
-        Reaction.HOLD: ("as it was", "no", "nothing goes out in this cycle; the board keeps the "
-                        "last DAC, and the set-point is held for a cycle"),
-        Reaction.STOP: ("QUICKSTOP; from HOMING PREOP", "yes", "the stop ramp, then hold"),
+        Reaction.HOLD: ("as it was", "no", "goes on; a cycle that lacks a frame sends no DAC, and "
+                        "the board keeps the last one (by fault: below)"),
+        Reaction.STOP: ("QUICKSTOP; from PREOP, HOMING, READY: PREOP", "yes",
+                        "the stop ramp, then hold; in PREOP no DAC"),
         Reaction.DAMP: ("FAULT", "yes", "damping, at most a fifth of TORQUE_LIMIT, with gravity"),
         Reaction.OFF: ("FAULT", "yes", "one DAC 0, then silence: the brake closes"),
     }  # fmt: skip
