@@ -70,13 +70,14 @@ def on_bus(jobs: list[tuple[str, int]]) -> list[Brief]:
 
 
 def batches(jobs: list[tuple[str, int]]) -> list[list[tuple[str, int]]]:
-    """Jobs for ``on_bus``."""
+    """Jobs for ``on_bus``, the arms in turn."""
     of_arms = [[job for job in jobs if job[0] == arm] for arm in ARMS]
-    return [
+    runs = [
         of_arm[first : first + IN_A_RUN]
+        for first in range(0, max(map(len, of_arms)), IN_A_RUN)
         for of_arm in of_arms
-        for first in range(0, len(of_arm), IN_A_RUN)
     ]
+    return [run for run in runs if run]
 
 
 def made(
