@@ -9,6 +9,7 @@ import draw_conform
 import draw_corners
 import draw_link
 import draw_link_campaign
+import draw_mutants
 import draw_programs
 import draw_servoing
 import draw_states
@@ -32,7 +33,8 @@ from rfms_can.wire.codec import load_database
         ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),
         *[
             (name, file, render)
-            for file, sections in draw_programs.PAGES.items()
+            for pages in (draw_programs.PAGES, draw_mutants.PAGES)
+            for file, sections in pages.items()
             for name, render in sections.items()
         ],
         ("draw_servoing.py", "servoing.md", draw_servoing.render),

@@ -36,8 +36,8 @@ def summary(results: Sequence[Brief], conditions: Conditions) -> str:
         f"{conditions.rate:g} Hz, mix {conditions.mix}, seeds {min(each.s for each in results)} "
         f"to {max(each.s for each in results)} of each arm\n\n"
         f"{table(COLUMNS, rows)}\n\n"
-        f"First refusal of a program, by where the move goes: {refused}.\n\n"
-        f"Remedies that refusals offered and that were taken: {mended}."
+        f"First refusal of a program, by where the move goes: {refused}."
+        + (f"\n\nRemedies that refusals offered and that were taken: {mended}." if mended else "")
     )
 
 
