@@ -16,6 +16,7 @@ from rfms_can.arm.components import Drive
 from rfms_can.dynamics.model import NONE
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.master.settings import MasterSettings
+from rfms_can.master.trajectory.braking import STOPPING_FRACTION
 from rfms_can.wire.configuration import Clock, DhRow, Kinematics, geometry_values
 from rfms_can.wire.nodes import GRIPPER, JOINTS, PLANT
 from rfms_can.wire.vocabulary import Parameter
@@ -39,8 +40,6 @@ DITHER_PERIODS_S: Final = (0.016, 0.024, 0.040, 0.024, 0.016, 0.040)
 """Of the dither, s, joint by joint: four to ten cycles at 250 Hz; a joint it frees moves a fraction
 of a millimetre. They differ, so that each pair of joints is free to move the same way and opposite
 ways in turn: with one period for all a peg can not turn in its hole, which takes both."""
-STOPPING_FRACTION: Final = 0.5
-"""Deceleration of a controlled stop over the joint's acceleration limit."""
 
 # Bounds of detectors, which travel and are checked for their range; no node acts on them yet.
 FOLLOWING_ERROR_RAD: Final = 0.2

@@ -13,6 +13,8 @@ from rfms_can.kinematics import Geometry, Joints, configuration_of, direct
 from rfms_can.setpoint import CartesianSetpoint
 from rfms_can.wire.vocabulary import Blend, Mode, TrajectoryState
 
+STOPPING_FRACTION: Final = 0.5
+"""Part of its acceleration limit at which a joint's node stops it (ACCELERATION_LIMIT there)."""
 STANDS: Final = 1e-12
 """A joint whose step is less, rad, has come to rest."""
 

@@ -13,6 +13,7 @@ from rfms_can.kinematics import (
     Joints,
     singularity_margins,
 )
+from rfms_can.master.trajectory.braking import STOPPING_FRACTION
 from rfms_can.setpoint import CartesianSetpoint, JointSetpoint
 from rfms_can.setpoint.frames import angles_as_received, as_received
 from rfms_can.setpoint.joint import Mark
@@ -30,6 +31,9 @@ LEAP: Final = 5e-3
 feed joints fit longer pieces of a path that bends next to a singularity; and where a path begins
 there, 1e-8 m decide where theta4 comes from."""
 
+
+GUARD: Final = 0.045
+"""Rad past the end of a range at which a stop of a joint's own must end: past 0.05 it stops."""
 
 NEAR_WRIST: Final = 0.05
 """|S5| below which the joints are told their angles: what float32 leaves of a pose would be noise
@@ -69,6 +73,9 @@ class _Bounds(NamedTuple):
     step: float
     bend: float
     rest_per_step2: float
+    guard_below: float
+    guard_above: float
+    stop_per_step2: float
 
 
 class Told(NamedTuple):
@@ -121,6 +128,9 @@ class CommandedTrajectory:
                 FASTER * speed * period_s,
                 max(bend, LEAP),
                 0.5 / bend,
+                lower - GUARD,
+                upper + GUARD,
+                0.5 / (STOPPING_FRACTION * bend),
             )
             for (lower, upper), speed, bend in zip(
                 arm.joint_limits, arm.speed_limits, self.bend_limits, strict=True
@@ -203,17 +213,20 @@ class CommandedTrajectory:
                 return str(error)
             first, second = self.told
         marks = self._marks
-        for index, (lower, upper, most, most_bend, per_speed2) in enumerate(self._bounds):
+        for index, bounds in enumerate(self._bounds):
+            lower, upper, most, most_bend, per_speed2, below, above, stop_per_speed2 = bounds
             joint = joints[index]
             mark = marks[index] = joint.mark()
             theta = joint.advance(setpoint, first[index], second[index])
             step = theta - mark.theta
-            rest = theta + step * (abs(step) * per_speed2 - 0.5)
+            way = step * abs(step)
+            rest = theta + way * per_speed2 - 0.5 * step
             if not (
                 lower <= theta <= upper
                 and -most <= step <= most
                 and -most_bend <= step - mark.step <= most_bend
                 and lower <= rest <= upper
+                and below <= theta + way * stop_per_speed2 <= above
             ):
                 for taken in range(index + 1):
                     joints[taken].return_to(marks[taken])

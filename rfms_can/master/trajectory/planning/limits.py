@@ -7,6 +7,7 @@ import numpy as np
 
 from rfms_can.errors import JointLimitError
 from rfms_can.kinematics import Geometry, nearest_singularity
+from rfms_can.master.trajectory.braking import STOPPING_FRACTION
 from rfms_can.master.trajectory.planning.curve import Floats
 from rfms_can.master.trajectory.planning.preview import Phase
 
@@ -15,6 +16,9 @@ ROUNDING: Final = 1e-6
 
 RANGE_ROUNDING: Final = 1e-9
 """Rad a joint may be past the end of its range."""
+
+STOPS_PAST_END: Final = 0.04
+"""Rad past it by which a controlled stop must end: a node takes 0.05 for SOFT_LIMIT."""
 
 
 class LimitedArm(Geometry, Protocol):
@@ -77,7 +81,30 @@ def worst_excess(arm: LimitedArm, phases: Sequence[Phase]) -> Excess | None:
                     f"{_near_singular(arm, phase.motion[0, sample].tolist())}"
                 )
                 worst = Excess(what, ratio, slower, bool(order) and not phase.even)
+        stop = _unstoppable(arm, phase)
+        if stop is not None and (worst is None or stop.slower > worst.slower):
+            worst = stop
     return worst
+
+
+def _unstoppable(arm: LimitedArm, phase: Phase) -> Excess | None:
+    """A joint that runs towards an end of its range faster than its node could stop it there."""
+    angles, speeds, _ = phase.motion
+    lower, upper = np.array(arm.joint_limits).T
+    room = np.where(speeds > 0.0, upper - angles, angles - lower) + STOPS_PAST_END
+    needs = speeds * speeds / (2.0 * STOPPING_FRACTION * np.array(arm.acceleration_limits))
+    ratios = needs / np.maximum(room, ROUNDING)
+    ratio = float(ratios.max())
+    if ratio <= 1.0 + ROUNDING:
+        return None
+    sample, joint = (int(k) for k in np.unravel_index(ratios.argmax(), ratios.shape))
+    what = (
+        f"joint {joint + 1} of {arm.name} would run at {abs(speeds[sample, joint]):.4g} rad/s at "
+        f"{angles[sample, joint]:.6g} rad {phase.where}, where its node, which stops at "
+        f"{STOPPING_FRACTION:g} of its acceleration limit, would be {STOPS_PAST_END:g} rad past "
+        f"the end of its range"
+    )
+    return Excess(what, ratio, ratio**0.5, False)
 
 
 def _near_singular(arm: Geometry, q: Sequence[float]) -> str:
