@@ -85,7 +85,7 @@ class Tester(Talk):
     # --- from anywhere to a state -------------------------------------------------------------
 
     def greet(self) -> None:
-        """Become the node's master, whoever was it before."""
+        """Become the node's master, in the place of any other."""
         self.forget()
         self.last_beat = None
         for tries_left in reversed(range(QUICK_TRIES)):

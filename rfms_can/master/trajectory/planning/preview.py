@@ -178,7 +178,7 @@ def _stay(frame: Frame, base: Base) -> Phase | None:
     motion[0] = angles[1:-1]
     motion[1] = (np.array(angles[2:]) - angles[:-2]) / (2.0 * step)
     motion[2] = np.diff(np.array(angles), n=2, axis=0) / step**2
-    return Phase("at rest at its goal, which goes on,", True, motion)
+    return Phase("at rest at its goal as that goes on", True, motion)
 
 
 def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous: Joints) -> Floats:
