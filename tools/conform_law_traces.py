@@ -1,4 +1,4 @@
-"""Inputs of the traces that ask for the law, homing and stopping; outputs come from the node that plays.
+"""Inputs of the traces that ask for the law, homing and stopping; the node that plays has outputs.
 
 Measured angles are whole counts of the bench (1/8000 rad), speeds whole codes (0.002 rad/s).
 """

@@ -30,7 +30,7 @@ from rfms_can.wire.vocabulary import Blend
 
 PERIOD_S: Final = 0.004
 PAUSE_TICKS: Final = 250
-REACHED: Final = 5e-6
+REACHED: Final = 4e-6
 """Largest distance of a joint from the angle it was asked for, rad, at rest: what a pose of float32
 leaves of it where the wrist is just not near enough for joints to be told their angles."""
 LONGEST: Final = 150_000
