@@ -41,7 +41,7 @@ DITHER_PERIODS_S: Final = (0.016, 0.024, 0.040, 0.024, 0.016, 0.040)
 of a millimetre. They differ, so that each pair of joints is free to move the same way and opposite
 ways in turn: with one period for all a peg can not turn in its hole, which takes both."""
 
-# Bounds of detectors, which travel and are checked for their range; no node acts on them yet.
+# Bounds of detectors; wire/configuration.py lists those that no node acts on yet (LATER).
 FOLLOWING_ERROR_RAD: Final = 0.2
 OVERSPEED_FRACTION: Final = 1.5
 """Measured speed over the speed limit."""
