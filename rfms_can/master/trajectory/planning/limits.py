@@ -17,8 +17,9 @@ ROUNDING: Final = 1e-6
 RANGE_ROUNDING: Final = 1e-9
 """Rad a joint may be past the end of its range."""
 
-STOPS_PAST_END: Final = 0.04
-"""Rad past it by which a controlled stop must end: a node takes 0.05 for SOFT_LIMIT."""
+STOPS_PAST_END: Final = 0.02
+"""Rad past it by which a controlled stop must end: a node takes 0.05 for SOFT_LIMIT, the commanded
+trajectory 0.045, and what joints estimate of a path takes up to 6e-3 of the rest."""
 
 
 class LimitedArm(Geometry, Protocol):
