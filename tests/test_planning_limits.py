@@ -271,3 +271,25 @@ def test_a_move_asked_for_in_motion_follows_what_was_planned_before_it() -> None
         assert asked.peak_accelerations == approx(queued.peak_accelerations, rel=1e-9)
     for queued, asked in zip(plans[0][1:], plans[1][1:], strict=True):
         assert asked.via_deviation == approx(queued.via_deviation, rel=1e-6)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_node_could_stop_before_its_guard_all_the_way_to_the_end_of_a_range(sign: float) -> None:
+    """Joint 1 comes to the end of its range at 1.9 rad/s with all its acceleration. Its node stops
+    at half of that, and would be in front of a SOFT_LIMIT in the middle of the transition."""
+    end = sign * float(PUMA_260.joint_limits[0][1])
+    rig = PlannedRig((end - sign * 1.5, *REST[1:]))
+    how = How(acceleration_time=0.19, segment_time=1.5 / 1.9)
+    place = at_angles((end, *REST[1:]))
+    words = (
+        "joint 1 of puma260 would run at .* coming to rest, where its node, which stops at 0.5 of "
+        "its acceleration limit, would be 0.02 rad past the end of its range"
+    )
+    with pytest.raises(MoveError, match=words) as refused:
+        rig.plan(place, how)
+    rig.go(place, how._replace(segment_time=refused.value.remedy["segment_time"]))
+    rig.finish()
+    q = np.array(rig.q)[:, 0]
+    v = np.gradient(q, rig.period_s)
+    stops = sign * (q + v * np.abs(v) / PUMA_260.acceleration_limits[0])
+    assert 0.0 < stops.max() - abs(end) < 0.03
