@@ -11,7 +11,7 @@ from support.trajectory import REST, TAU
 from rfms_can.arm import PUMA_260
 from rfms_can.errors import MoveError
 from rfms_can.kinematics import Joints, direct
-from rfms_can.master.trajectory.planning.curve import FADED, Curve
+from rfms_can.master.trajectory.planning.curve import FADED, SHORTEST, Curve, Floats
 from rfms_can.transform import Transform
 from rfms_can.wire.vocabulary import Mode
 
@@ -95,7 +95,7 @@ def test_a_curve_knows_values_and_derivatives(frequency: float, degree: int) -> 
     x = np.linspace(0.5, 2.0, 77)
     assert curve.resolved and curve.degree == degree
     exact = (np.sin(w * x), w * np.cos(w * x), -w * w * np.sin(w * x), -(w**3) * np.cos(w * x))
-    for order, (got, expected) in enumerate(zip(curve.derivatives(x), exact, strict=True)):
+    for order, (got, expected) in enumerate(zip(curve.derivatives(x, 0.004), exact, strict=True)):
         bound = FADED * (2.0 * degree**2) ** order
         assert np.abs(got[:, 0] - expected).max() < bound
     assert curve.last == (math.sin(w * 2.0), 2.0, 2.0, 4.0, math.exp(2.0), math.cos(2.0))
@@ -120,3 +120,41 @@ def test_a_leap_is_not_resolved_and_keeps_its_size() -> None:
     curve = Curve(angles, (0.0, 1.0), (0.0,) * 6)
     assert not curve.resolved
     assert curve.largest_step.tolist() == [0.0, 0.0, 3.0, 0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("near", [1e-2, 1e-3, 3e-4])
+def test_a_curve_next_to_a_singularity_is_cut_until_its_pieces_have_faded(near: float) -> None:
+    """theta4 as a wrist passes by: half a turn within a few times ``near`` of the way."""
+    poses = 0
+
+    def angle(x: Floats) -> Floats:
+        return np.arctan((x - 0.37) / near)
+
+    def angles(x: float, previous: Joints) -> Joints:
+        nonlocal poses
+        poses += 1
+        return (0.0, 0.0, 0.0, math.atan((x - 0.37) / near), x, 0.0)
+
+    curve, tau = Curve(angles, (0.0, 1.0), (0.0,) * 6), 0.004
+    assert curve.resolved and not curve.whole
+    assert poses < 1000
+    x = np.linspace(0.0, 1.0, 4001)
+    value, first, second, third = curve.derivatives(x, tau)[:, :, 3]
+    assert np.abs(value - angle(x)).max() < FADED
+    inner = (x >= tau) & (x <= 1.0 - tau)
+    before, there, after = (angle(x[inner] + k * tau) for k in (-1, 0, 1))
+    assert np.abs(first[inner] - (after - before) / (2 * tau)).max() < 2 * FADED / tau
+    assert np.abs(second[inner] - (after - 2 * there + before) / tau**2).max() < 5 * FADED / tau**2
+    assert not third.any()
+
+
+def test_where_a_curve_in_pieces_stands_differences_are_taken_over_little() -> None:
+    """At its ends a path moves by next to nothing in a period, however steep it is there."""
+
+    def angles(x: float, previous: Joints) -> Joints:
+        return (math.atan(x / 1e-3), 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    curve = Curve(angles, (0.0, 1.0), (0.0,) * 6)
+    first = curve.derivatives(np.array([0.0, 1.0]), np.zeros(2))[1, :, 0]
+    assert first[0] == approx(1e3, rel=1e-3)
+    assert first[1] == approx(1e-3, abs=2 * FADED / SHORTEST)

@@ -18,7 +18,6 @@ from rfms_can.kinematics import InverseKinematics, Joints, configuration_of, dir
 from rfms_can.master.trajectory.generator import TrajectoryGenerator
 from rfms_can.master.trajectory.goal import Moment
 from rfms_can.master.trajectory.planning import MovePlanner, PlannedPosition
-from rfms_can.master.trajectory.planning.departure import DepartedSegment
 from rfms_can.master.trajectory.planning.large_rotation import in_parts
 from rfms_can.master.trajectory.planning.search import Trial
 from rfms_can.master.trajectory.segment import Entry, Move
@@ -182,7 +181,7 @@ def _broken(arm: Arm, trial: Trial, factor: float, tau: float) -> Iterator[str]:
     start = departed.goal
     moves = _parts(trial, _finer(move, factor), tau)
     if not departed.segment.rests:
-        start = _start_of(departed)
+        start = _start_of(trial)
         moves = (_finer(departed.segment.move, 1.0), *moves)
     generator.enable(direct(arm, start), configuration_of(arm, start), start)
     exact = _Exact(arm, tau, start)
@@ -225,11 +224,16 @@ def _parts(trial: Trial, move: Move, tau: float) -> tuple[Move, ...]:
     return (move,) if drive is None or trial.parts == 1 else in_parts(move, drive, tau)
 
 
-def _start_of(departed: DepartedSegment) -> Joints:
+def _start_of(trial: Trial) -> Joints:
     """Where the segment before began, rad."""
-    move = departed.segment.move
+    frame, departed = trial.frame, trial.departed
+    segment, move = departed.segment, departed.segment.move
     if move.start_angles is not None:
         return move.start_angles
+    if segment.drive is not None:
+        began = Moment(frame.tick, 0.0, -move.acceleration_ticks * frame.period_s)
+        pose = segment.pose(began, 1.0)
+        return frame.kinematics.solve(pose, move.configuration, departed.goal)
     q1, q2, q3, q4, q5, q6 = (a + b for a, b in zip(departed.goal, departed.theta_BC, strict=True))
     return (q1, q2, q3, q4, q5, q6)
 

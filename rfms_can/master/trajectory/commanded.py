@@ -35,9 +35,9 @@ there, 1e-8 m decide where theta4 comes from."""
 GUARD: Final = 0.045
 """Rad past the end of a range at which a stop of a joint's own must end: past 0.05 it stops."""
 
-NEAR_WRIST: Final = 0.05
+NEAR_WRIST: Final = 0.2
 """|S5| below which the joints are told their angles: what float32 leaves of a pose would be noise
-of theta4 and theta6 with accelerations of 0.06 rad/s2 rms there, and ever more nearer by."""
+of theta4 and theta6: 2e-6 rad at rest there, and more the nearer it is."""
 NEAR_ELBOW: Final = 0.1
 """The same for the sine of the bend between upper arm and forearm."""
 NEAR_SHOULDER: Final = 0.1

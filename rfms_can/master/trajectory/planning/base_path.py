@@ -19,7 +19,7 @@ from rfms_can.kinematics import (
 )
 from rfms_can.master.trajectory.goal import Moment, joint_coordinates
 from rfms_can.master.trajectory.planning.curve import Curve, Floats
-from rfms_can.master.trajectory.segment import Segment
+from rfms_can.master.trajectory.segment import Segment, Transition
 from rfms_can.setpoint.history import window_for
 from rfms_can.wire.vocabulary import Mode
 
@@ -149,18 +149,32 @@ class Base:
 
     @property
     def degree(self) -> int:
-        """How finely the path must be looked at."""
-        return 1 if self._path is None else self._path.degree
+        """How finely the path must be looked at: half as many intervals as that takes."""
+        return self._fineness(self._path, self.segment.move.segment_ticks)
 
     @property
     def entry_degree(self) -> int:
         """The same of the transition into it."""
-        return self.degree if self._entry is None else self._entry.degree
+        entry = self._path if self._entry is None else self._entry
+        return self._fineness(entry, 2 * self.segment.move.acceleration_ticks)
 
     @property
     def rest_degree(self) -> int:
         """The same of the goal in the transition to rest."""
-        return 1 if self._rest is None else self._rest.degree
+        return self._fineness(self._rest, 2 * self.segment.move.rest_ticks)
+
+    @property
+    def whole(self) -> bool:
+        """Whether each of its curves is one polynomial: none bends sharply."""
+        curves = (self._entry, self._path, self._rest)
+        return all(curve is None or curve.whole for curve in curves)
+
+    @staticmethod
+    def _fineness(curve: Curve | None, ticks: int) -> int:
+        """The degree of a curve, and of one in pieces the periods of its time."""
+        if curve is None:
+            return 1
+        return curve.degree if curve.whole else max(curve.degree, ticks)
 
     def derivatives(self, times: Floats) -> Floats:
         """Base and three time derivatives at local ``times``, s, all of the transition into the
@@ -171,7 +185,7 @@ class Base:
         curve = self._entry if times[-1] <= self.acceleration_time else self._path
         if curve is None:
             raise AssertionError("a goal that moves has curves of time")
-        angles = curve.derivatives(times)
+        angles = curve.derivatives(times, self._frame.period_s)
         if self._theta_BC is not None:
             angles = angles + remaining(h) * self._theta_BC
         return angles
@@ -179,7 +193,7 @@ class Base:
     def along(self, h: Floats) -> Floats:
         """The same of a path where nothing moves by itself, from h and its derivatives (4, n)."""
         if self._path is not None:
-            return chained(self._path.derivatives(h[0]), h)
+            return chained(self._path.derivatives(h[0], h[1] * self._frame.period_s), h)
         angles = remaining(h) * (np.zeros(6) if self._theta_BC is None else self._theta_BC)
         angles[0] += self.goal
         return np.asarray(angles)
@@ -187,7 +201,7 @@ class Base:
     def at_rest(self, times: Floats) -> Floats:
         """The goal and its time derivatives in the transition to rest; shape (4, n, 6)."""
         if self._rest is not None:
-            return self._rest.derivatives(times)
+            return self._rest.derivatives(times, self._frame.period_s)
         angles = np.zeros((4, len(times), 6))
         angles[0] = self.goal
         return angles
@@ -279,7 +293,8 @@ class Base:
         return self.solve(1.0, t, previous)
 
     def _refuse_leaps(self) -> None:
-        for curve in (self._entry, self._path, self._rest):
+        cartesian = self.segment.move.transition is Transition.CARTESIAN
+        for curve in (None if cartesian else self._entry, self._path, self._rest):
             if curve is not None and not curve.resolved:
                 self._refuse_leap(curve)
 

@@ -82,8 +82,8 @@ def departure_at(frame: Frame, departed: DepartedSegment, ticks: float) -> Float
         return frame.kinematics.solve(pose, move.configuration, previous)
 
     span = (seconds - PERIODS * tau, seconds)
-    curve = Curve(angles, span, goal, PERIODS, PERIODS)
-    derivatives = curve.derivatives(np.array([seconds]))[:, 0]
+    curve = Curve(angles, span, goal, PERIODS, PERIODS, narrowest=1.0)
+    derivatives = curve.derivatives(np.array([seconds]), tau)[:, 0]
     if move.mode is Mode.JOINT and not rests:
         derivatives = derivatives + (remaining(h) * np.array(theta_BC))[:, 0]
     return np.asarray(derivatives)

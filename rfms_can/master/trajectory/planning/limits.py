@@ -14,8 +14,9 @@ from rfms_can.master.trajectory.planning.preview import Phase
 ROUNDING: Final = 1e-6
 """Part by which a limit may be passed: a mode that asks for the limit itself gets it."""
 
-RANGE_ROUNDING: Final = 1e-9
-"""Rad a joint may be past the end of its range."""
+RANGE_ROUNDING: Final = 1e-4
+"""Rad a joint may be past the end of its range: what joints estimate of a path that ends there may
+be so much off. Joints take ten times that, and no pose that is solved is beyond the end."""
 
 STOPS_PAST_END: Final = 0.02
 """Rad past it by which a controlled stop must end: a node takes 0.05 for SOFT_LIMIT, the commanded

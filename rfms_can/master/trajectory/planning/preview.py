@@ -38,11 +38,12 @@ TRANSITION: Final = 32
 STAY: Final = 256
 """Intervals in which all is looked at that a goal does while the arm rests there, at most."""
 
-FINEST: Final = 1024
-"""The same at most: twice the degree of a path with more in it, next to a singularity."""
+FINEST: Final = 8192
+"""The same at most: twice the degree of a path with more in it, and next to a singularity two a
+period."""
 
 COURSE: Final = 64
-"""Intervals of the rest of a segment, at least; twice the degree of a path with more in it."""
+"""Intervals of the rest of a segment, at least; as those of a transition where more is in it."""
 
 
 class Phase(NamedTuple):
@@ -198,8 +199,10 @@ def _curved(frame: Frame, leaving: Leaving, hand_over: int, base: Base, previous
         return solve(correction.pose(segment, moment, 1.0 - h, p), configuration, previous)
 
     curve = Curve(angles, (0.0, 1.0), previous)
-    motion = curve.derivatives(_p(_intervals(curve.degree)))[:3]
-    return np.asarray(motion * ((2.0 * t_acc) ** -np.arange(3.0))[:, None, None])
+    span = 2.0 * t_acc
+    intervals = _intervals(curve.degree if curve.whole else round(span / frame.period_s))
+    motion = curve.derivatives(_p(intervals), frame.period_s / span)[:3]
+    return np.asarray(motion * (span ** -np.arange(3.0))[:, None, None])
 
 
 def _blended(

@@ -97,15 +97,12 @@ class Trial(NamedTuple):
     def _run(self, times: Times) -> Outcome:
         self.effort.spend(PREVIEW)
         base = self.base if times == self.times else self.base.with_time(*times)
+        jump = None if base.whole else speed_jump(base, self.frame)
+        if jump is not None:
+            raise JointLimitError(f"move {base.segment.move.sequence}: {jump}")
         seen = preview(self.frame, self.departed, base, self.ends)
         phases = [phase for phase in seen if phase is not None]
-        try:
-            check_ranges(self.arm, phases, base.segment.move.sequence)
-        except JointLimitError as error:
-            jump = speed_jump(base, self.frame)
-            if jump is None:
-                raise
-            raise JointLimitError(f"move {base.segment.move.sequence}: {jump}") from error
+        check_ranges(self.arm, phases, base.segment.move.sequence)
         return Outcome(base, seen, worst_excess(self.arm, phases))
 
     def slowed(self, excess: Excess, longest: int) -> Outcome | None:
