@@ -76,6 +76,7 @@ ONCE_BROKEN = {
     "an offer that was not tried": [("puma560", 1165), ("puma260", 2274), ("puma260", 2327)],
     "a slow feed next to a wrist": [("puma260", 3487)],
     "the end of a range next to an elbow": [("puma560", 5548)],
+    "a pose of float32 not far from a wrist": [("puma260", 4946), ("puma560", 6140)],
 }
 """Programs by what was mended for them."""
 
@@ -88,30 +89,36 @@ def test_programs_that_once_broke_the_promise_keep_it(kind: str) -> None:
         assert not table.broken(result), (name, seed, result.bad)
 
 
-def test_the_kept_campaigns_keep_the_promise_but_for_what_the_page_tells() -> None:
-    page = (ROOT / "docs" / "random-programs.md").read_text(encoding="utf-8")
-    for file, least in ((KEPT, 10_000), (KEPT_ON_THE_BUS, 160)):
+ONCE_REFUSED = [
+    ("puma260", 100),  # a path next to a singularity that was no single polynomial
+    ("puma260", 418),  # a goal at the end of a range, that the fit passes by 4e-5 rad
+]
+
+
+@pytest.mark.parametrize(("arm", "seed"), ONCE_REFUSED)
+def test_what_was_refused_without_need_is_accepted_and_made(arm: str, seed: int) -> None:
+    result = Brief.of(tried(arm, seed))
+    assert (result.why, result.bad, result.ok) == ("", "", result.n)
+
+
+def test_the_kept_campaigns_keep_the_promise() -> None:
+    for file, least in ((KEPT, 10_000), (KEPT_ON_THE_BUS, 500)):
         conditions, results = read(ROOT / file)
         assert conditions == Conditions(250.0, MIX_NUMBER)
-        broken = [f"{each.a} {each.s}" for each in results if table.broken(each)]
-        assert len(broken) <= (2 if file == KEPT else 0)
-        assert all(name in page for name in broken)
+        assert [f"{each.a} {each.s}" for each in results if table.broken(each)] == []
         for arm in ARMS:
             mine = {each.s: each for each in results if each.a == arm}
             assert set(mine) >= set(range(least))
             whole = sum(each.ok == each.n for each in mine.values())
-            assert file != KEPT or whole >= 0.6 * len(mine)
+            assert whole >= 0.6 * len(mine)
 
 
-def test_the_refusals_that_were_looked_at_were_due_but_for_what_the_page_tells() -> None:
+def test_the_refusals_that_were_looked_at_were_due() -> None:
     conditions, looked = refusals.FILE.read(ROOT / refusals.KEPT)
     assert conditions == Conditions(250.0, MIX_NUMBER)
     refused = [each for each in looked if each.why]
     assert len(refused) >= 500
-    page = (ROOT / "docs" / "random-programs.md").read_text(encoding="utf-8")
-    not_due = [f"{each.a} {each.s}" for each in refused if not each.due]
-    assert len(not_due) <= 0.01 * len(refused)
-    assert all(name in page for name in not_due)
+    assert [f"{each.a} {each.s}" for each in refused if not each.due] == []
 
 
 def looked_at(segment_time: float, turn: float) -> str | None:
