@@ -11,7 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+import conform_edge_traces
 import conform_law_traces
+import conform_life_traces
 import conform_setpoint_traces
 import conform_stop_traces
 from conform_record import recorded
@@ -81,6 +83,8 @@ TRACES: Final = {
     "laws": conform_law_traces.traces,
     "setpoints": conform_setpoint_traces.traces,
     "stops": conform_stop_traces.traces,
+    "edges": conform_edge_traces.traces,
+    "lives": conform_life_traces.traces,
 }
 """Files of traces, and what is played."""
 
@@ -94,8 +98,14 @@ def main() -> None:
     VECTORS.mkdir(exist_ok=True)
     for file, make in FILES.items():
         write(file, make())
-    for file, traces in TRACES.items():
-        write(file, {"traces": recorded(traces(), torques=file != "setpoints")})
+    for file in TRACES:
+        write(file, traced(file))
+
+
+def traced(file: str) -> Any:
+    """The traces of a file, as they are recorded."""
+    torques, registers = file != "setpoints", file == "lives"
+    return {"traces": recorded(TRACES[file](), torques=torques, registers=registers)}
 
 
 def write(name: str, content: Any) -> None:

@@ -144,6 +144,10 @@ class Tester(Talk):
     def configure(self, changes: Mapping[Parameter, float] | None = None) -> None:
         """From any state to PREOP with a new configuration: the node has no reference."""
         self.to_preop()
+        self.tell_parameters(changes)
+
+    def tell_parameters(self, changes: Mapping[Parameter, float] | None = None) -> None:
+        """In PREOP: a whole configuration."""
         self.parameters = self.bench(changes)
         for parameter, value in self.parameters.items():
             self.send(self.frame(Config, self.joint, parameter, 0, value, 0))
