@@ -34,8 +34,8 @@ def changed(file: str, before: str, after: str) -> Mutant:
     [
         ("sent counters begin at 1", "1"),
         ("the hash of a configuration starts from 0", "12"),
-        ("the sign of the index count", "18"),
-        ("HEARTBEAT a cycle late", "10"),
+        ("the sign of the index count", "1b"),
+        ("HEARTBEAT a cycle late", "1b"),
         ("old errors of the others are used", "28"),
         ("a missing rung: no damping where set-points are missing", "35"),
         ("a runaway is seen after nine cycles", "40f"),
