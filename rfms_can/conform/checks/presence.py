@@ -125,6 +125,9 @@ def counter_rule(t: Tester) -> None:
     counters.to_255()
     step(WINDOW + 1, False, "a counter 17 ahead of 255")
     step(1, True, "counter 0 after 255")
+    for counter in range(1, 257):
+        step(WINDOW + 1, False, f"a counter 17 ahead of {counter - 1}")
+        step(1, True, f"counter {counter & 0xFF}")
     t.send(t.master_beat(t.boot_id ^ 0x55))
     step(77, True, "the first frame after a HEARTBEAT of the master with another boot id")
     step(1, True, "the next")
