@@ -21,6 +21,7 @@ REACHING: Final = (
     (80, 200, 40, 3),
     (80, 200, 40, 25),
     (43, 100, 40, 3),
+    (60, 20, 7, 2),
     (47, 100, 40, 8),
     (400, 66, 40, 3),
     (600, 511, 140, 3),
@@ -38,9 +39,16 @@ def traces() -> list[Trace]:
     """All of them."""
     return [
         *(reaching(*case) for case in REACHING),
+        reaching(80, 200, 40, 25, lost=(50, 60)),
         *(resting(*case) for case in RESTS),
         *(leaving(p, lost) for p in (True, False) for lost in ((), (30, 31, 39))),
-        *(again(name, cycles) for name, cycles in AGAIN.items()),
+        trace("arrived at a goal that moves, and on", arrived(), begin=BEGIN),
+        trace("a set-point lost at rest, and on", lost_at_rest(), begin=BEGIN),
+        trace("a set-point lost right after START, and on", lost_after_start(), begin=BEGIN),
+        *(again(name, cycles, 0) for name, cycles in AGAIN.items()),
+        again(
+            "a joint segment, out of a pause before another", AGAIN["a joint segment at once"], 6
+        ),
     ]
 
 
@@ -71,7 +79,9 @@ def said(
     return {"state": state, "mode": mode, **rounded, **more}
 
 
-def reaching(before: int, after: int, transition: int, between: int) -> Trace:
+def reaching(
+    before: int, after: int, transition: int, between: int, lost: tuple[int, ...] = ()
+) -> Trace:
     """Out of rest along a curve, soon over to a goal that moves; only its begin is looked at."""
     cycles = [said("IDLE", "JOINT", BEGIN, BEGIN) for _ in range(4)]
     t_acc = before * PERIOD_S
@@ -88,7 +98,10 @@ def reaching(before: int, after: int, transition: int, between: int) -> Trace:
     for n in range(1, 6):
         r, p = 1.0 - 1e-4 * n * n, n / (2.0 * after)
         cycles.append(said("BLEND", "JOINT", goal(k + n), r=r, p=p))
+    for n in lost:
+        cycles[n]["omit"] = ["SETPOINT"]
     name = f"transition of {after} after one of {before} cycles, {between} between"
+    name += f", {len(lost)} lost" if lost else ""
     return trace(name, cycles, begin=BEGIN)
 
 
@@ -150,6 +163,41 @@ def leaving(blended: bool, lost: tuple[int, ...]) -> Trace:
     return trace(name, [*cycles, *departing(hand(21), goal(21))], begin=BEGIN)
 
 
+def arrived() -> list[Cycle]:
+    """r comes to 0 at a goal that moves: its history goes on at rest."""
+    cycles = [said("IDLE", "JOINT", BEGIN, BEGIN + 0.01) for _ in range(4)]
+    cycles += departing(BEGIN, BEGIN + 0.01)
+    for k in range(14):
+        r = 0.951 * (1.0 - k / 13.0)
+        cycles.append(said("LINEAR", "JOINT", curve(k) + 0.01, r=r))
+    cycles += [said("IDLE", "JOINT", curve(k) + 0.01, goal(k)) for k in (14, 15)]
+    return [*cycles, *departing(curve(16) + 0.01, goal(16))]
+
+
+def lost_at_rest() -> list[Cycle]:
+    """At rest a pose that moves, one that is lost, and one where the joint was before it."""
+    cycles = [said("IDLE", "JOINT", curve(k), goal(k)) for k in range(12)]
+    at = cycles[-1]["angle"]
+    cycles += [{"omit": ["SETPOINT"]}, said("IDLE", "JOINT", at, goal(13))]
+    return [*cycles, *departing(at, goal(14))]
+
+
+def lost_after_start() -> list[Cycle]:
+    """START of a joint segment out of another, one that is lost, and START again."""
+    cycles = [said("IDLE", "JOINT", BEGIN, 0.15) for _ in range(12)]
+    cycles += departing(BEGIN, 0.15)
+    r: float = cycles[-1]["r"]
+    for k in range(1, 12):
+        cycles.append(said("LINEAR", "JOINT", 0.15, 0.16, r=r - 0.01 * k))
+    at = 0.15 - 0.05 * (r - 0.12)
+    cycles += [
+        said("START", "JOINT", at, 0.16, r=1.0, acceleration_time=T_ACC),
+        {"omit": ["SETPOINT"]},
+        said("LINEAR", "JOINT", 0.16, 0.14, r=0.98),
+    ]
+    return [*cycles, *departing(0.16 + 0.97 * (at - 0.16), 0.14)]
+
+
 LINE: Final = [
     said("LINEAR", "CARTESIAN", curve(k), goal(k), r=0.9, p=k / 20.0) for k in range(1, 21)
 ]
@@ -171,9 +219,10 @@ AGAIN: Final[dict[str, list[Cycle]]] = {
 """What comes first after a START that is not the first."""
 
 
-def again(name: str, cycles: list[Cycle]) -> Trace:
-    """Stopped in a long transition, and enabled again: nothing of it is left."""
+def again(name: str, cycles: list[Cycle], earlier: int) -> Trace:
+    """Stopped in a long transition, or before it, and enabled again: nothing of it is left."""
     before = reaching(400, 190, 40, 3)["cycles"]
+    before = before[: len(before) - earlier]
     stop: list[Cycle] = [{"command": "STOP", "sync": "READY"}, {}]
     first = {"command": "START", "sync": "OPERATIONAL", **cycles[0]}
     return trace(f"enabled again: {name}", [*before, *stop, first, *cycles[1:]], begin=BEGIN)

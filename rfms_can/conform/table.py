@@ -343,6 +343,13 @@ CHECKS: Final[tuple[Check, ...]] = (
         poses.far_turns,
     ),
     Check(
+        "31i",
+        "a second pose that comes on the way to a goal more than half a turn away",
+        "on the turn of the goal; 1e-6 rad",
+        S,
+        poses.second_turns,
+    ),
+    Check(
         "32",
         "frames of a set-point in many orders; each late, lost, old",
         "waits for all of them, and for no others",

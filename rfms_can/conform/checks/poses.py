@@ -1,6 +1,7 @@
 """Checks 31e to 31h: angles at the ends of reach and range, wrists almost straight, far turns."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 from rfms_can.conform.checks.angles import TURN, place
@@ -30,7 +31,7 @@ TOLERANCE: Final = 1e-6
 def shapes(t: Tester) -> None:
     """Arms of other shapes, half a micrometre on either side of the ends of their reach."""
     for number, shape in enumerate(read("shapes")):
-        geometry = {P[name]: value for name, value in shape["geometry"].items()}
+        geometry = {Parameter[name]: value for name, value in shape["geometry"].items()}
         t.operational({**WIDE, **geometry})
         before = 0.0
         for n, pose in enumerate(shape["poses"]):
@@ -183,6 +184,38 @@ def far_turns(t: Tester) -> None:
                 where,
                 lambda: [t.setpoint_frame(0, state=TrajectoryState.LINEAR, **place(pose))],
             )
+
+
+def second_turns(t: Tester) -> None:
+    """A second pose that comes on the way to a far goal: on the goal's turn, not on the joint's."""
+    poses = read("turns")[str(t.joint)]
+    first, goal, last = poses[0], poses[10], poses[9]
+    t.operational(WIDE, theta=first["angle"])
+    moving: dict[str, Any] = {"acceleration_time": 4.0, "r": 1.0}
+    at = first["angle"]
+    told: list[tuple[dict[str, Any], dict[str, Any] | None, float, dict[str, Any]]] = [
+        *((first, pose, at, {"state": TrajectoryState.IDLE}) for pose in poses),
+        (first, goal, at, {"state": TrajectoryState.START, **moving}),
+        (goal, None, at, {"state": TrajectoryState.BLEND, "blend_p": 1.0, "r": 1.0}),
+        (goal, last, at, {"state": TrajectoryState.LINEAR, "r": 1.0}),
+        (first, last, at, {"state": TrajectoryState.START, **moving}),
+        (last, None, last["angle"], {"state": TrajectoryState.BLEND, "blend_p": 1.0, "r": 0.0}),
+    ]
+    for pose, second, want, values in told:
+        where = f"{values['state'].name}, its goal more than half a turn away"
+        frames = partial(_moving, t, pose, second, values)
+        if values["state"] is TrajectoryState.START:  # as the history of the goal has it
+            t.only(_cycle(t, want, frames), ("ERROR", "DAC"), where)
+        else:
+            _commands(t, want, where, frames)
+
+
+def _moving(
+    t: Tester, pose: dict[str, Any], second: dict[str, Any] | None, values: dict[str, Any]
+) -> list[Frame]:
+    """A set-point of a motion in joint angles, no angle told."""
+    frames = [t.setpoint_frame(0, poses=1 if second is None else 2, **place(pose), **values)]
+    return frames if second is None else [*frames, _second(t, second)]
 
 
 def _told(t: Tester, state: TrajectoryState, first: float, second: float | None) -> None:

@@ -118,6 +118,10 @@ def counter_rule(t: Tester) -> None:
     step(60 + WINDOW + 1, False, "a stray 17 on from the stray before")
     step(60 + 2 * WINDOW + 2, False, "a stray 17 on again")
     step(1, True, "a frame in step")
+    # nor is one that comes again in step with itself
+    for number in range(1, 5):
+        step(70, False, f"the same stray, time {number}")
+    step(1, True, "a frame in step")
     strays(100, ROW, WINDOW)
     step(1, True, "the frame after the leap")
     strays(90, 2 * ROW)
