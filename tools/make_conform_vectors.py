@@ -14,8 +14,10 @@ from typing import Any, Final
 import conform_edge_traces
 import conform_law_traces
 import conform_life_traces
+import conform_poses
 import conform_setpoint_traces
 import conform_stop_traces
+from conform_poses import told
 from conform_record import recorded
 from third_node import kinematics
 from third_node.codec import float32
@@ -140,16 +142,6 @@ def parameters(arm: Arm) -> dict[str, dict[str, float]]:
     return {str(j): {p.name: v for p, v in nodes[j].items()} for j in JOINTS}
 
 
-def told(pose: Transform, configuration: int) -> dict[str, Any]:
-    """A pose as SETPOINT carries it."""
-    return {
-        "o": [float32(x) for x in (pose.ox, pose.oy, pose.oz)],
-        "a": [float32(x) for x in (pose.ax, pose.ay, pose.az)],
-        "p": [float32(x) for x in (pose.px, pose.py, pose.pz)],
-        "configuration": configuration,
-    }
-
-
 def inverse(arm: Arm) -> list[dict[str, Any]]:
     """Random poses in every configuration, and some that the arm cannot take."""
     draw = random.Random(SEED)
@@ -239,6 +231,9 @@ FILES: Final[dict[str, Callable[[], Any]]] = {
     "inverse": lambda: {arm.name: inverse(arm) for arm in ARMS.values()},
     "straight": lambda: [straight(*case) for case in STRAIGHT],
     "turns": lambda: {str(joint): turning(joint) for joint in JOINTS},
+    "shapes": conform_poses.shapes,
+    "wrists": conform_poses.wrists,
+    "ends": lambda: conform_poses.ends(REST, BENCH["POSITION_MIN"], BENCH["POSITION_MAX"]),
     "hashes": hashes,
     "ranges": ranges,
 }

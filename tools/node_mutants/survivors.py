@@ -2,12 +2,15 @@
 
 from typing import Final
 
+from node_mutants.equivalents import SAME_FOR
+
 EQUIVALENT: Final = "equivalent"
 """On the bus it does what the code as it is does: to the frame, or to less than a count."""
 GAP: Final = "gap"
 """It does not, and no check asks."""
 
 SURVIVED_FOR: Final[dict[str, tuple[str, str]]] = {
+    **{name: (EQUIVALENT, why) for why, names in SAME_FOR.items() for name in names},
     "joint_nodes/controller.py:415:11 branch False": (
         EQUIVALENT,
         "terms are recorded for tools alone",
@@ -16,33 +19,13 @@ SURVIVED_FOR: Final[dict[str, tuple[str, str]]] = {
         EQUIVALENT,
         "terms are recorded for tools alone",
     ),
-    "setpoint/history.py:117:32 swap min(2, count - 1)": (
-        EQUIVALENT,
-        "the lesser of two is the same in any order",
-    ),
-    "setpoint/history.py:86:11 swap min(LONG, max(acceleration_ticks // 2, SHORTEST))": (
-        EQUIVALENT,
-        "the lesser of two is the same in any order",
-    ),
     "joint_nodes/friction.py:131:15 swap max(self._full_speed, moving)": (
         EQUIVALENT,
         "the larger of two is the same in any order",
     ),
-    "wire/protection.py:195:19 return None": (
-        EQUIVALENT,
-        "None is as false as False",
-    ),
-    "wire/protection.py:210:19 return None": (
-        EQUIVALENT,
-        "None is as false as False",
-    ),
     "joint_nodes/controller.py:367:19 return None": (
         EQUIVALENT,
         "None is as false as False",
-    ),
-    "kinematics/limits.py:27:11 boundary -math.inf <= ahead < math.inf": (
-        EQUIVALENT,
-        "an angle that is infinite fails the other comparison",
     ),
     "joint_nodes/field_node.py:266:12 arithmetic self.ignored['SYNC with another DBC'] -= 1": (
         EQUIVALENT,
@@ -51,14 +34,6 @@ SURVIVED_FOR: Final[dict[str, tuple[str, str]]] = {
     "joint_nodes/joint.py:68:15 branch True": (
         EQUIVALENT,
         "its own ERROR is registered again, as that of a second node",
-    ),
-    "wire/protection.py:192:32 constant 0": (
-        EQUIVALENT,
-        "frames that were missed are counted for people at the node, not on the bus",
-    ),
-    "theta4 is held where the wrist is not straight yet": (
-        GAP,
-        "no pose is asked between 1e-5 and 1e-3 rad of a straight wrist",
     ),
     "joint_nodes/controller.py:167:21 constant (-1.0)": (
         EQUIVALENT,

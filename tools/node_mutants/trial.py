@@ -28,7 +28,7 @@ ALIKE: Final = ("43b", "30c", "40e", "8", "29c", "43e", "29", "30b", "30")
 """Those of them that ask every joint the same: of joint 3 alone."""
 LIKELY: Final = {
     "setpoint/": ("30",),
-    "kinematics/": ("31",),
+    "kinematics/": ("31e", "31f", "31g", "31h", "31i", "31"),
     "joint_nodes/servo.py": ("29",),
     "joint_nodes/friction.py": ("29",),
     "joint_nodes/compliance.py": ("29",),

@@ -127,6 +127,10 @@ def estop_frames(t: Tester) -> None:
     answers = t.give(Frame(stop.id, stop.data, fd=False))
     off(t, answers, _goes_off(S.PREOP))
     noted(t, S.FAULT, F.EMERGENCY_STOP)
+    # it has no counter: each is as good as the first
+    before = t.beat().discarded
+    t.only(t.give(stop, stop), (), "ESTOP twice more")
+    t.equal(t.beat().discarded, before, "discarded frames after ESTOP once more")
 
 
 def out_of_fault(t: Tester) -> None:
