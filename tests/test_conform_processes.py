@@ -36,11 +36,14 @@ def test_our_joint_passes_on_a_hub_in_time(tmp_path: Path) -> None:
         joint = start("joint", JOINT, "--bus", f"hub:{name}")
         out, err = suite.communicate(timeout=LONG_S)
         taken = time.monotonic() - begin
+        again = start("conform", JOINT, "--bus", f"hub:{name}", "--check", "4", "--check", "4b")
+        told_again, _ = again.communicate(timeout=LONG_S)
     finally:
         for process in (suite, joint, hub):
             if process is not None:
                 process.terminate()
                 process.communicate()
+    assert again.returncode == 0, f"a suite leaves the node to the next: {told_again}"
     report = json.loads(out)
     wrong = [c for c in report["checks"] if c["passed"] is False]
     assert (suite.returncode, wrong) == (0, []), err

@@ -19,7 +19,7 @@ from rfms_can.wire.records import Nmt
 from rfms_can.wire.vocabulary import Command, Parameter
 
 QUESTIONS = 53
-WAITING = {"23", "39c", "41c", "51", "52", "53b"}
+WAITING = {"23", "39c", "41c", "51", "52", "53c"}
 
 
 def test_every_question_has_its_checks_in_order() -> None:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import conform_record
 import make_conform_vectors
 import pytest
 from support.conform import failures, on_line, the_wire
@@ -53,10 +52,8 @@ def test_the_vectors_are_those_it_makes(file: str) -> None:
 @pytest.mark.system
 @pytest.mark.parametrize("file", sorted(make_conform_vectors.TRACES))
 def test_the_traces_are_those_it_makes(file: str) -> None:
-    traces = make_conform_vectors.TRACES[file]()
-    content = {"traces": conform_record.recorded(traces, torques=file != "setpoints")}
     kept = (VECTORS / f"{file}.json").read_text(encoding="utf-8")
-    assert make_conform_vectors.text_of(content) == kept
+    assert make_conform_vectors.text_of(make_conform_vectors.traced(file)) == kept
 
 
 @pytest.mark.system

@@ -7,6 +7,7 @@ from third_line import ThirdNode
 from third_node import Node
 from third_node.life import STATES
 
+from rfms_can.conform.checks.tracing import TIMED
 from rfms_can.conform.lines import PumpedLine
 from rfms_can.conform.play import AT_REST, ONCE, play
 from rfms_can.conform.talk import Answers
@@ -19,8 +20,9 @@ JOINT = 2
 """Any would do: traces are the same for all."""
 
 
-def recorded(traces: list[Trace], *, torques: bool = True) -> list[Trace]:
-    """The traces with what the node did in each cycle, with ``torques`` or without."""
+def recorded(traces: list[Trace], *, torques: bool = True, registers: bool = False) -> list[Trace]:
+    """The traces with what the node did in each cycle, with ``torques`` and ``registers`` or
+    without."""
     wire = Wire()
     nodes: list[ThirdNode] = []
 
@@ -30,14 +32,14 @@ def recorded(traces: list[Trace], *, torques: bool = True) -> list[Trace]:
 
     tester = Tester(PumpedLine(make), JOINT, wire, Vectors())
     tester.greet()
-    return [_record(tester, nodes[-1].node, trace, torques) for trace in traces]
+    return [_record(tester, nodes[-1].node, trace, torques, registers) for trace in traces]
 
 
-def _record(tester: Tester, node: Node, trace: Trace, torques: bool) -> Trace:
+def _record(tester: Tester, node: Node, trace: Trace, torques: bool, registers: bool) -> Trace:
     cycles: list[dict[str, Any]] = []
     before: dict[str, Any] = dict(AT_REST)
     sends = ["ERROR", "DAC"]
-    state = None
+    state = register = None
     for cycle, (_, answers) in zip(trace["cycles"], play(tester, trace), strict=True):
         out: dict[str, Any] = {}
         now = [_name(h.name, h.values) for h in answers if h.name != "HEARTBEAT"]
@@ -47,6 +49,10 @@ def _record(tester: Tester, node: Node, trace: Trace, torques: bool) -> Trace:
         if state is not None and node.state != state:
             out["becomes"] = STATES[node.state]
         state = node.state
+        if registers:
+            told = tester.beat().error_register & ~TIMED
+            if told != register:
+                out["register"] = register = told
         cycles.append({**_changed(cycle, before), **out})
         before |= cycle
     return {**trace, "cycles": cycles}

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from typing import Any, Final
 
+import conform_history_traces
 from conform_law_traces import PERIOD_S, Cycle, Trace, trace
 
 T_ACC: Final = 0.08
@@ -79,7 +80,9 @@ def traces() -> list[Trace]:
         slow(2800, 11.2, "transition of 2800 cycles"),
         slow(256, 1.024, "transition of 256 cycles"),
         slow(257, 1.028, "transition of 257 cycles"),
+        slow(1401, 5.604, "transition of 1401 cycles"),
         slow(1500, 6.0, "transition of 1500 cycles"),
+        slow(2801, 11.204, "transition of 2801 cycles"),
         slow(3000, 12.0, "transition of 3000 cycles"),
         *(young(n) for n in (0, 1, 2, 3, 7, 8, 9, 10, 11)),
         journey(
@@ -94,6 +97,7 @@ def traces() -> list[Trace]:
         *(late(blend) for blend in ("CONTINUOUS", "THESIS")),
         *transitions(),
         *rests(),
+        *conform_history_traces.traces(),
     ]
 
 
@@ -105,6 +109,7 @@ class Master:
         self.at = begin
         self.blend = blend
         self.drift = drift
+        self.wave = 0.0
         self.pre = pre
         self.t_acc, self.t_seg = T_ACC, T_SEG
         self.k = 0
@@ -112,9 +117,10 @@ class Master:
     def say(self, state: str, mode: str, q1: float, q2: float | None = None, **more: Any) -> None:
         """One cycle."""
         self.k += 1
-        cycle: Cycle = {"state": state, "mode": mode, "angle": round(q1 + self.drift * self.k, 7)}
+        moved = self.drift * self.k + self.wave * math.sin(0.9 * self.k)
+        cycle: Cycle = {"state": state, "mode": mode, "angle": round(q1 + moved, 7)}
         if q2 is not None:
-            cycle["second"] = round(q2 + self.drift * self.k, 7)
+            cycle["second"] = round(q2 + moved, 7)
         told = {k: round(v, 7) if isinstance(v, float) else v for k, v in more.items()}
         self.cycles.append({**cycle, "blend": self.blend, **told})
 
@@ -189,9 +195,11 @@ def journey(
     lost: tuple[int, ...] = (),
     rest: int = 12,
     times: tuple[float, float] = (T_ACC, T_SEG),
+    wave: float = 0.0,
 ) -> Trace:
     """Some segments one after the other, and to rest at the last goal."""
     master = Master(0.1, blend, drift, pre)
+    master.wave = wave
     master.t_acc, master.t_seg = times
     legs = (*legs, ("JOINT", legs[-1][1]))  # the last one comes to rest
     # what the next segment is solved from: its goal, or where its curve begins
@@ -210,9 +218,12 @@ def journey(
 
 
 def young(cycles: int) -> Trace:
-    """A goal that moves, left after so many cycles: there are as many samples of it, no more."""
+    """A goal that moves, left after so many cycles: there are as many samples of it, no more.
+
+    It moves on no polynomial of low degree, so fits of different degrees differ.
+    """
     name = f"a goal that moves, left after {cycles} cycles"
-    found = journey(name, "CONTINUOUS", ("JOINT", 0.15), drift=0.0004, rest=cycles)
+    found = journey(name, "CONTINUOUS", ("JOINT", 0.15), drift=0.0004, rest=cycles, wave=0.0002)
     return {**found, "cycles": found["cycles"][: cycles + 48]}
 
 
@@ -233,10 +244,11 @@ def slow(ticks: int, t_acc: float, name: str) -> Trace:
         master.say("BLEND", "CARTESIAN", curve(h), r=1.0 - h, p=p)
     for k in range(140):
         h = 0.1 + 0.002 * k
-        near = k > 100
-        state = "PRE" if near else "LINEAR"
-        master.say(state, "CARTESIAN", curve(h), 0.25 if near else None, r=1.0 - h, p=0.0)
-    master.say("START", "JOINT", curve(h + 0.002), 0.25, r=1.0, p=0.0, acceleration_time=t_acc)
+        state = "PRE" if k > 100 else "LINEAR"
+        goal = 0.25 + 0.001 * math.sin(0.15 * k)
+        master.say(state, "CARTESIAN", curve(h), goal, r=1.0 - h, p=0.0)
+    goal = 0.25 + 0.001 * math.sin(0.15 * 140)
+    master.say("START", "JOINT", curve(h + 0.002), goal, r=1.0, p=0.0, acceleration_time=t_acc)
     for k in range(1, 16):
         master.say("BLEND", "JOINT", 0.25, r=1.0 - 0.0001 * k * k, p=k / (2.0 * ticks))
     return trace(name, master.cycles, begin=0.1)

@@ -11,9 +11,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+import conform_edge_traces
 import conform_law_traces
+import conform_life_traces
+import conform_poses
 import conform_setpoint_traces
 import conform_stop_traces
+from conform_poses import told
 from conform_record import recorded
 from third_node import kinematics
 from third_node.codec import float32
@@ -81,6 +85,8 @@ TRACES: Final = {
     "laws": conform_law_traces.traces,
     "setpoints": conform_setpoint_traces.traces,
     "stops": conform_stop_traces.traces,
+    "edges": conform_edge_traces.traces,
+    "lives": conform_life_traces.traces,
 }
 """Files of traces, and what is played."""
 
@@ -94,8 +100,14 @@ def main() -> None:
     VECTORS.mkdir(exist_ok=True)
     for file, make in FILES.items():
         write(file, make())
-    for file, traces in TRACES.items():
-        write(file, {"traces": recorded(traces(), torques=file != "setpoints")})
+    for file in TRACES:
+        write(file, traced(file))
+
+
+def traced(file: str) -> Any:
+    """The traces of a file, as they are recorded."""
+    torques, registers = file != "setpoints", file == "lives"
+    return {"traces": recorded(TRACES[file](), torques=torques, registers=registers)}
 
 
 def write(name: str, content: Any) -> None:
@@ -128,16 +140,6 @@ def parameters(arm: Arm) -> dict[str, dict[str, float]]:
     """What each joint of an arm is told."""
     nodes = all_parameters(arm, "corke", PERIOD_S)
     return {str(j): {p.name: v for p, v in nodes[j].items()} for j in JOINTS}
-
-
-def told(pose: Transform, configuration: int) -> dict[str, Any]:
-    """A pose as SETPOINT carries it."""
-    return {
-        "o": [float32(x) for x in (pose.ox, pose.oy, pose.oz)],
-        "a": [float32(x) for x in (pose.ax, pose.ay, pose.az)],
-        "p": [float32(x) for x in (pose.px, pose.py, pose.pz)],
-        "configuration": configuration,
-    }
 
 
 def inverse(arm: Arm) -> list[dict[str, Any]]:
@@ -229,6 +231,9 @@ FILES: Final[dict[str, Callable[[], Any]]] = {
     "inverse": lambda: {arm.name: inverse(arm) for arm in ARMS.values()},
     "straight": lambda: [straight(*case) for case in STRAIGHT],
     "turns": lambda: {str(joint): turning(joint) for joint in JOINTS},
+    "shapes": conform_poses.shapes,
+    "wrists": conform_poses.wrists,
+    "ends": lambda: conform_poses.ends(REST, BENCH["POSITION_MIN"], BENCH["POSITION_MAX"]),
     "hashes": hashes,
     "ranges": ranges,
 }

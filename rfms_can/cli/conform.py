@@ -77,7 +77,10 @@ def conform(
         if power_on and not line.virtual:  # there the tester switches it on itself
             typer.echo(SWITCH_ON, err=True)  # the port is open: what the node says is kept
             tester.wait_for_power(POWER_ON_S)
-        outcomes = _run(tester, checks, fail_fast)
+        try:
+            outcomes = _run(tester, checks, fail_fast)
+        finally:
+            tester.leave()
     finally:
         line.close()
     if junit is not None:

@@ -11,6 +11,7 @@ from typing import Final, Protocol
 
 from rfms_can.bus.port import Port
 from rfms_can.bus.simulated import SimulatedBus
+from rfms_can.conform.outcome import NodeSilent
 from rfms_can.node.protocol import NOTHING, Node
 from rfms_can.wire.frame import Frame
 
@@ -49,6 +50,10 @@ class Line(Protocol):
         """Leave the bus."""
 
 
+MOST_CALLS: Final = 1000
+"""Calls of a node's timer at one time, after which it has hung: on a bus it would be silent."""
+
+
 class PumpedLine:
     """A node that is called directly: no bus, no time between a frame and its answer.
 
@@ -79,8 +84,17 @@ class PumpedLine:
         return self._came.pop(0) if self._came else None
 
     def pass_until(self, time_ns: int) -> None:
-        """Call the node's timer as often as it is due."""
+        """Call the node's timer as often as it is due.
+
+        Raises:
+            NodeSilent: its deadline does not move on.
+        """
+        calls = 0
         while (due := self.node.next_deadline_ns()) is not None and due <= time_ns:
+            calls = calls + 1 if due <= self.now_ns else 0
+            if calls > MOST_CALLS:
+                told = f"a timer that is due at {due} ns, {MOST_CALLS} times"
+                raise NodeSilent("nothing", told, "a timer that moves on")
             self.now_ns = max(self.now_ns, due)
             self._came += self.node.on_time(self.now_ns)
         self.now_ns = max(self.now_ns, time_ns)

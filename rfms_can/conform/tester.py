@@ -4,11 +4,12 @@ It brings the node to a state, plays cycles, and knows where its own encoder sta
 radians, torques Nm; what goes out is what a master and a board would send.
 """
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from typing import Final
 
 from rfms_can.conform.lines import Line
-from rfms_can.conform.outcome import NodeSilent
+from rfms_can.conform.outcome import CheckFailed, NodeSilent
 from rfms_can.conform.talk import Answers, Talk
 from rfms_can.conform.vectors import Vectors, float32, set_hash
 from rfms_can.wire.configuration import Clock
@@ -130,6 +131,13 @@ class Tester(Talk):
         self.cycle, self.row_set = 0, 0
         self.speed = 0.0
 
+    def leave(self) -> None:
+        """Leave the node in PREOP, if it listens, and SYNC with it: it shall not drive when its
+        master has gone, and for BARRIER no other one can start again beside one that drives."""
+        with contextlib.suppress(CheckFailed):
+            self.to_preop()
+            self.sync(NodeState.PREOP)
+
     def bench(self, changes: Mapping[Parameter, float] | None = None) -> Parameters:
         """The parameters of the suite's bench, for this line."""
         clock = Clock.VIRTUAL if self.line.virtual else Clock.LOCKSTEP
@@ -144,6 +152,10 @@ class Tester(Talk):
     def configure(self, changes: Mapping[Parameter, float] | None = None) -> None:
         """From any state to PREOP with a new configuration: the node has no reference."""
         self.to_preop()
+        self.tell_parameters(changes)
+
+    def tell_parameters(self, changes: Mapping[Parameter, float] | None = None) -> None:
+        """In PREOP: a whole configuration."""
         self.parameters = self.bench(changes)
         for parameter, value in self.parameters.items():
             self.send(self.frame(Config, self.joint, parameter, 0, value, 0))

@@ -2,12 +2,15 @@
 
 from typing import Final
 
+from node_mutants.equivalents import SAME_FOR
+
 EQUIVALENT: Final = "equivalent"
 """On the bus it does what the code as it is does: to the frame, or to less than a count."""
 GAP: Final = "gap"
 """It does not, and no check asks."""
 
 SURVIVED_FOR: Final[dict[str, tuple[str, str]]] = {
+    **{name: (EQUIVALENT, why) for why, names in SAME_FOR.items() for name in names},
     "joint_nodes/controller.py:415:11 branch False": (
         EQUIVALENT,
         "terms are recorded for tools alone",
@@ -16,33 +19,13 @@ SURVIVED_FOR: Final[dict[str, tuple[str, str]]] = {
         EQUIVALENT,
         "terms are recorded for tools alone",
     ),
-    "setpoint/history.py:117:32 swap min(2, count - 1)": (
-        EQUIVALENT,
-        "the lesser of two is the same in any order",
-    ),
-    "setpoint/history.py:86:11 swap min(LONG, max(acceleration_ticks // 2, SHORTEST))": (
-        EQUIVALENT,
-        "the lesser of two is the same in any order",
-    ),
     "joint_nodes/friction.py:131:15 swap max(self._full_speed, moving)": (
         EQUIVALENT,
         "the larger of two is the same in any order",
     ),
-    "wire/protection.py:195:19 return None": (
-        EQUIVALENT,
-        "None is as false as False",
-    ),
-    "wire/protection.py:210:19 return None": (
-        EQUIVALENT,
-        "None is as false as False",
-    ),
     "joint_nodes/controller.py:367:19 return None": (
         EQUIVALENT,
         "None is as false as False",
-    ),
-    "kinematics/limits.py:27:11 boundary -math.inf <= ahead < math.inf": (
-        EQUIVALENT,
-        "an angle that is infinite fails the other comparison",
     ),
     "joint_nodes/field_node.py:266:12 arithmetic self.ignored['SYNC with another DBC'] -= 1": (
         EQUIVALENT,
@@ -52,25 +35,65 @@ SURVIVED_FOR: Final[dict[str, tuple[str, str]]] = {
         EQUIVALENT,
         "its own ERROR is registered again, as that of a second node",
     ),
-    "wire/protection.py:192:32 constant 0": (
+    "joint_nodes/controller.py:167:21 constant (-1.0)": (
         EQUIVALENT,
-        "frames that were missed are counted for people at the node, not on the bus",
+        "START sets the bias to 0 before any torque has one",
     ),
-    "joint_nodes/homing.py:119:12 deletion pass": (
-        GAP,
-        "no check lets a homing joint stand or search too long: 23 waits",
+    "joint_nodes/controller.py:449:8 deletion pass": (
+        EQUIVALENT,
+        "the first cycle of homing resets the servo again, and none uses it before",
     ),
-    "joint_nodes/homing.py:147:52 arithmetic cycles / period": (
-        GAP,
-        "the value of EMCY where homing takes too long: 23 waits",
+    "joint_nodes/field_node.py:265:11 branch False": (
+        EQUIVALENT,
+        "OFF is not harder than OFF: no EMCY, no DAC, the same bit; in INIT it hears no frame",
     ),
-    "theta4 is held where the wrist is not straight yet": (
-        GAP,
-        "no pose is asked between 1e-5 and 1e-3 rad of a straight wrist",
+    "joint_nodes/field_node.py:367:42 swap ChainMap(DEFAULTS, p)": (
+        EQUIVALENT,
+        "no parameter of a joint has a default: it needs every one",
     ),
-    "DAC codes are cut, not rounded": (
-        GAP,
-        "DAC may be off by one code",
+    "joint_nodes/friction.py:132:56 branch True": (
+        EQUIVALENT,
+        "RATE_PER_CODE is never 0, so neither is the speed that counts as moving",
+    ),
+    "joint_nodes/friction.py:135:22 constant 1.0": (
+        EQUIVALENT,
+        "the dither is kept for the recorded terms alone",
+    ),
+    "joint_nodes/friction.py:153:46 boundary change >= 0.0": (
+        EQUIVALENT,
+        "what is not reached differs by a step of the ramp at least, and TORQUE_LIMIT is never 0",
+    ),
+    "joint_nodes/friction.py:91:8 deletion pass": (
+        EQUIVALENT,
+        "whether it rests is set by each friction torque, and asked by the integral after it",
+    ),
+    "joint_nodes/homing.py:94:21 constant (-1.0)": (
+        EQUIVALENT,
+        "each cycle of homing sets its error before it is asked",
+    ),
+    "joint_nodes/ladder.py:45:35 constant 0": (
+        EQUIVALENT,
+        "the first step reaches a rung of none too, and its EMCY tells a bound of its own",
+    ),
+    "joint_nodes/servo.py:200:7 branch True": (
+        EQUIVALENT,
+        "no damping times finite rates is a damping of 0",
+    ),
+    "joint_nodes/servo.py:257:26 constant (-1.0)": (
+        EQUIVALENT,
+        "the friction is always given",
+    ),
+    "joint_nodes/servo.py:257:26 constant 1.0": (
+        EQUIVALENT,
+        "the friction is always given",
+    ),
+    "joint_nodes/servo.py:258:22 constant (-1.0)": (
+        EQUIVALENT,
+        "the bias is always given",
+    ),
+    "joint_nodes/angle_solver.py:71:28 boundary self._lower <= angle < self._upper": (
+        EQUIVALENT,
+        "no float32 is 1e-5 beyond another in binary64: no angle of JOINT_SETPOINT meets the bound",
     ),
 }
 

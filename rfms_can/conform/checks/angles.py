@@ -63,14 +63,14 @@ def _at(t: Tester, pose: dict[str, Any], where: str, angle4: float | None, joint
     t.sync()
     t.theta = want
     t.measure()
-    place = _place(pose)
+    told = place(pose)
     if angle4 is None:
-        answers = t.give(t.setpoint_frame(0, **place))
+        answers = t.give(t.setpoint_frame(0, **told))
     else:
         angles = [0.7] * 6
         angles[3] = angle4
         frame = t.frame(JointAngles, 1, *angles, t.cycle & 0xFF, joints)
-        answers = t.give(t.setpoint_frame(JOINT_SETPOINT_BELONGS, **place), frame)
+        answers = t.give(t.setpoint_frame(JOINT_SETPOINT_BELONGS, **told), frame)
     error: JointError = t.one(answers, "ERROR", where)
     t.near(error.error + t.measured, want, 1e-6, f"{where}: angle")
     t.errors()
@@ -116,7 +116,7 @@ def _turned(
     t.sync()
     t.theta = pose["angle"] if want is None else want
     t.measure()
-    frames = [t.setpoint_frame(0, poses=1 if second is None else 2, **_place(pose), **changes)]
+    frames = [t.setpoint_frame(0, poses=1 if second is None else 2, **place(pose), **changes)]
     if second is not None:
         told = (*second["o"], *second["a"], *second["p"], 0.0, 0.0, 0.2, 0, 0)
         ends = (second["configuration"], 1, t.cycle, 0, 2, 0)
@@ -128,10 +128,10 @@ def _turned(
     t.errors()
 
 
-def _place(pose: dict[str, Any]) -> dict[str, Any]:
+def place(pose: dict[str, Any]) -> dict[str, Any]:
     """The fields of SETPOINT that say a pose."""
-    place = {f"{v}_{x}": n for v in "oap" for x, n in zip("xyz", pose[v], strict=True)}
-    return {**place, "configuration": pose["configuration"]}
+    fields = {f"{v}_{x}": n for v in "oap" for x, n in zip("xyz", pose[v], strict=True)}
+    return {**fields, "configuration": pose["configuration"]}
 
 
 def solved(t: Tester) -> None:
@@ -166,7 +166,7 @@ def _one_pose(t: Tester, where: str, pose: dict[str, Any], before: float) -> flo
     t.sync()
     t.theta = before if want is None else want
     t.measure()
-    first = t.setpoint_frame(0, **_place(pose))
+    first = t.setpoint_frame(0, **place(pose))
     answers = t.give(first)
     t.only(answers, () if want is None else ("ERROR",), f"{where}: {pose}")
     for error in answers.of("ERROR"):

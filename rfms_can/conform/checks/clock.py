@@ -1,9 +1,13 @@
 """Checks 41 and 42: SYNCs that do not come, and numbers that are left out."""
 
+from collections.abc import Callable
+from typing import Final
+
 from rfms_can.conform.checks.cycles import BARE
 from rfms_can.conform.checks.emergencies import emergency, noted, silent, step_limit
 from rfms_can.conform.checks.ladder import HOMED, bare, operational
 from rfms_can.conform.outcome import CheckSkipped
+from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
 from rfms_can.wire.nodes import MASTER
 from rfms_can.wire.records import Setpoint, Sync
@@ -105,3 +109,77 @@ def numbers_skipped(t: Tester) -> None:
                     continue
                 t.only(t.errors(), ("DAC",))
                 noted(t, S.OPERATIONAL)
+
+
+REAL: Final[dict[Parameter, float]] = {Parameter.CLOCK: 2.0, Parameter.PERIOD: 0.1}
+"""Long periods on the node's own clock, so that a tester in real time meets them."""
+
+
+def _sync_stays_out(t: Tester) -> Answers:
+    """The watchdog runs off once; what comes."""
+    t.line.pass_until(t.sync_ns + round(1.7 * REAL[Parameter.PERIOD] * 1e9))
+    return t.settle()
+
+
+def cycle_cut_short(t: Tester) -> None:
+    """Where SYNC stays out, what the cycle before lacked is counted then, and once."""
+    t.operational(REAL)
+    t.run(2)
+    parts: tuple[tuple[Callable[[], Answers], ...], ...]
+    parts = (t.measure, t.setpoint, t.errors), (t.measure, t.setpoint), (t.measure,), ()
+    lacking = (), (F.ERROR_MISSING,), (F.SETPOINT_MISSING,), (F.MEASURE_MISSING,)
+    seen: set[FaultCode] = {F.SYNC_MISSING}
+    for part, faults in zip(parts, lacking, strict=True):
+        t.sync()
+        for say in part:
+            say()
+        seen.update(faults)
+        t.only(_sync_stays_out(t), (), "SYNC stays out")
+        noted(t, S.OPERATIONAL, *seen)
+    # twice without SETPOINT, SYNC in time after the second: two, not three
+    t.only(bare(t.run()), ("ERROR", "DAC"))
+    for late in (True, False):
+        t.sync()
+        t.measure()
+        if late:
+            _sync_stays_out(t)
+    t.only(bare(t.sync()), (), "two cycles without SETPOINT")
+    t.measure()
+    t.only(bare(t.sync()), ("EMCY",), "three cycles without SETPOINT")
+    noted(t, S.QUICKSTOP, *seen)
+
+
+def encoder_meanwhile(t: Tester) -> None:
+    """How far an encoder may have gone: a period for each SYNC that did not come, once."""
+    held: Final = {Parameter.CLOCK: 1.0, Parameter.BARRIER: 20.0}
+    for changes, gap, allowed in (
+        *((REAL, 1, 2), (REAL, 2, 2), (REAL, 3, 3)),
+        *((held, 1, 1), (held, 2, 2), (held, 4, 4), (held, 9, 4)),
+    ):
+        for part, jumps in ((0.98, False), (1.02, True)):
+            t.operational(changes, theta=HOMED)
+            t.run(2)
+            if changes is REAL:
+                t.only(_sync_stays_out(t), ())
+            t.cycle += gap - 1
+            t.sync()
+            t.theta += part * allowed * step_limit(t)
+            t.only(t.measure(), ())
+            told = (F.SYNC_MISSING,) if changes is REAL else ()
+            noted(t, S.OPERATIONAL, *told, *((F.ENCODER_GLITCH,) if jumps else ()))
+
+
+def after_start(t: Tester) -> None:
+    """START counts as SYNC -1, whatever number SYNC had before: what is skipped then is held."""
+    for first in (0, 1, 2):
+        for part, refused in ((0.99, False), (1.01, True)):
+            t.ready({Parameter.CLOCK: 1.0, Parameter.BARRIER: 20.0}, theta=HOMED)
+            t.cycle = 40
+            t.sync(S.READY)
+            t.start()
+            t.cycle += first
+            t.sync()
+            t.measure()
+            answers = t.setpoint(t.measured + part * (1 + first) * step_limit(t))
+            names = ("EMCY",) if refused else ("ERROR",)
+            t.only(answers, names, f"SYNC {first} after START, a step of {part * (1 + first)}")

@@ -202,9 +202,18 @@ def surplus(t: Tester) -> None:
     t.sync()
     t.measure()
     told = (0.002, 0.002, 0.002, 0.002, 0.002, 0.002, t.cycle & 0xFF)
-    t.only(t.give(t.frame(Bias, None, *told)), ())
-    t.only(t.setpoint(), ("ERROR",))
-    t.only(t.errors(), ("DAC",))
+    t.only(t.give(t.frame(Bias, None, *told), t.frame(Comply, None, *told)), ())
+    t.near(t.one(t.setpoint(), "ERROR").error, 0.0, 1e-6, "error, COMPLY without its bit")
+    dac: Dac = t.one(t.errors(), "DAC")
+    t.equal(dac.force_dac, 0, "force DAC, BIAS without its bit")
+    angle = t.vectors.rest_angles[t.index]
+    t.operational(theta=angle)
+    t.sync()
+    t.measure()
+    t.only(t.give(t.angles_frame(t.measured + 0.005)), ())
+    error: JointError = t.one(t.give(t.setpoint_frame(0)), "ERROR")
+    want = "error by the pose, JOINT_SETPOINT without its bit"
+    t.near(error.error, angle - t.measured, 2e-6, want)
 
 
 def compliant(t: Tester) -> None:

@@ -1,6 +1,6 @@
 """Checks 35 to 38: what lacks, for how many cycles, and what happens then."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from rfms_can.conform.checks.emergencies import (
@@ -14,7 +14,7 @@ from rfms_can.conform.tester import Tester
 from rfms_can.wire.contract import JOINT_SETPOINT_BELONGS
 from rfms_can.wire.nodes import JOINTS, MASTER, PLANT
 from rfms_can.wire.records import Dac, JointError, Measure, Rows, Setpoint
-from rfms_can.wire.vocabulary import Command, FaultCode, NodeState
+from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 
 S, F = NodeState, FaultCode
 HOMED: Final = 0.1
@@ -279,3 +279,49 @@ def while_homing(t: Tester) -> None:
     noted(t, S.PREOP)
     t.command(Command.HOME)
     t.state_is(S.HOMING)
+
+
+def damping_leaves_the_range(t: Tester) -> None:
+    """A joint that is damped loses its torque where it leaves its range, and may jump there."""
+    for sign in (1, -1):
+        _damped(t)
+        end = t.parameters[Parameter.POSITION_MAX if sign > 0 else Parameter.POSITION_MIN]
+        t.theta, t.speed = end + sign * 0.049, sign * 2.0
+        t.only(t.measure(), ("DAC",), "a jump to the end of the range, and on")
+        noted(t, S.FAULT, F.SETPOINT_MISSING, F.SOFT_LIMIT)
+        t.theta = end + sign * 0.051
+        answers = t.measure()
+        _leaves(t, answers, t.measured, end + sign * 0.05, F.SETPOINT_MISSING, F.SOFT_LIMIT)
+    exact = {Parameter.COUNTS_PER_UNIT: 80.0, Parameter.RATE_PER_CODE: 2.0**-9}
+    for end, sign in ((224, 1), (-204, -1)):  # 2.8 and -2.55 rad, to the bit
+        _damped(t, exact)
+        for code, faults in ((512, ()), (513, (F.SOFT_LIMIT,))):  # 1 rad/s: 1/16 rad to stop
+            t.speed = sign * code * 2.0**-9
+            t.only(t.measure(counts=t.zero + end - sign * 5), ("DAC",))
+            noted(t, S.FAULT, F.SETPOINT_MISSING, *faults)
+        t.speed = 0.0
+        t.only(t.measure(counts=t.zero + end), ("DAC",), "the end of the range and 0.05 rad")
+        off(t, t.measure(counts=t.zero + end + sign))
+    for counts, value in ((2**31 - 1, 1e9), (-(2**31), -1e9)):  # farther than EMCY can say
+        _damped(t, {Parameter.COUNTS_PER_UNIT: 1.0})
+        p = t.parameters
+        bound = p[Parameter.POSITION_MAX] + 0.05 if value > 0 else p[Parameter.POSITION_MIN] - 0.05
+        _leaves(t, t.measure(counts=counts), value, bound, F.SETPOINT_MISSING)
+
+
+def _damped(t: Tester, changes: Mapping[Parameter, float] | None = None) -> None:
+    """In FAULT after five cycles without SETPOINT."""
+    t.operational(changes)
+    t.run(1)
+    for _ in range(6):
+        t.sync()
+        t.measure()
+    noted(t, S.FAULT, F.SETPOINT_MISSING)
+
+
+def _leaves(t: Tester, answers: Answers, value: float, bound: float, *others: FaultCode) -> None:
+    off(t, answers)
+    told = dict(culprit=t.joint, frame=0, value=value, bound=bound)
+    emergency(t, answers, F.HARD_LIMIT, **told, others=others)  # type: ignore[arg-type]
+    noted(t, S.FAULT, F.HARD_LIMIT, *others)
+    silent(t)

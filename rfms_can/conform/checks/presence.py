@@ -118,6 +118,10 @@ def counter_rule(t: Tester) -> None:
     step(60 + WINDOW + 1, False, "a stray 17 on from the stray before")
     step(60 + 2 * WINDOW + 2, False, "a stray 17 on again")
     step(1, True, "a frame in step")
+    # nor is one that comes again in step with itself
+    for number in range(1, 5):
+        step(70, False, f"the same stray, time {number}")
+    step(1, True, "a frame in step")
     strays(100, ROW, WINDOW)
     step(1, True, "the frame after the leap")
     strays(90, 2 * ROW)
@@ -125,6 +129,9 @@ def counter_rule(t: Tester) -> None:
     counters.to_255()
     step(WINDOW + 1, False, "a counter 17 ahead of 255")
     step(1, True, "counter 0 after 255")
+    for counter in range(1, 257):
+        step(WINDOW + 1, False, f"a counter 17 ahead of {counter - 1}")
+        step(1, True, f"counter {counter & 0xFF}")
     t.send(t.master_beat(t.boot_id ^ 0x55))
     step(77, True, "the first frame after a HEARTBEAT of the master with another boot id")
     step(1, True, "the next")

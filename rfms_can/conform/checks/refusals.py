@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from rfms_can.conform.protection import sealed
-from rfms_can.conform.samples import at_the_bounds, flipped, heard, not_heard, out_of_range
+from rfms_can.conform.samples import Message, at_the_bounds, flipped, heard, not_heard, out_of_range
 from rfms_can.conform.tester import QUIET_S, Tester
 from rfms_can.wire.frame import FD_LENGTHS, Frame
 from rfms_can.wire.records import Config, Estop, Nmt, Sync
@@ -11,6 +11,9 @@ from rfms_can.wire.vocabulary import Command, NodeState, Parameter
 
 BATCH = 32
 """Frames between two looks at what came."""
+AHEAD = 8
+"""How far ahead of the next counter a wrong frame is: in step for all HEARTBEATs that are asked for
+meanwhile, so that only what is wrong with it can refuse it."""
 ACTING = (Nmt, Sync, Config)
 """Messages that do something, or are answered, with a value at an end of its range."""
 
@@ -35,11 +38,18 @@ def refused(t: Tester, frames: Iterable[Frame], why: str) -> None:
         give()
 
 
+def ahead(t: Tester, message: Message, body: bytes | bytearray) -> Frame:
+    """A frame with a CRC that is right and a counter in step, which is not used up by it."""
+    codec = t.codec(*message)
+    assert codec.data_id is not None, "all that a joint hears but ESTOP is protected"
+    return sealed(codec.id, body, t.counter(*message) + AHEAD, codec.data_id)
+
+
 def one_bit(t: Tester) -> None:
     """Each bit of each frame, one at a time."""
     t.to_preop()
     for message, values in heard(t).items():
-        frame = t.frame(*message, *values)
+        frame = ahead(t, message, t.body(*message, *values))
         wrong = (Frame(frame.id, data) for data in flipped(frame.data))
         refused(t, wrong, f"one bit of {t.codec(*message).name} flipped")
     t.only(t.elapse(QUIET_S), ())
@@ -51,10 +61,10 @@ def another_data_id(t: Tester) -> None:
     for message, values in heard(t).items():
         codec = t.codec(*message)
         assert codec.data_id is not None
-        body, counter = t.body(*message, *values), t.counter(*message)
+        body, counter = t.body(*message, *values), t.counter(*message) + AHEAD
         wrong = [sealed(codec.id, body, counter, codec.data_id ^ 1 << bit) for bit in range(16)]
         bare = bytearray(body)
-        bare[2] = counter
+        bare[2] = counter & 0xFF
         refused(t, [*wrong, Frame(codec.id, bytes(bare))], f"{codec.name} of another data ID")
 
 
@@ -71,9 +81,9 @@ def wrong_length(t: Tester) -> None:
         for length in lengths[max(0, place - 1) : place + 2]:
             if length != codec.length:
                 longer = (body + bytes(64))[:length]
-                wrong.append(sealed(codec.id, longer, t.counter(*message), codec.data_id))
+                wrong.append(ahead(t, message, longer))
         if codec.length <= 8:
-            right = sealed(codec.id, body, t.counter(*message), codec.data_id)
+            right = ahead(t, message, body)
             wrong.append(Frame(codec.id, right.data, fd=False))
         refused(t, wrong, f"{codec.name} of a wrong length, or classic")
     stop = t.codec(Estop)
@@ -86,9 +96,7 @@ def wrong_values(t: Tester) -> None:
     for message, values in heard(t).items():
         name = t.codec(*message).name
         for wrong in out_of_range(t, message, values):
-            # sealed with the next counter, which a frame that is refused does not use up
-            frame = t.seal(*message, wrong.body)
-            t.skip_counter(*message, -1)
+            frame = ahead(t, message, wrong.body)
             refused(t, [frame], f"{name}.{wrong.signal} = {wrong.value:g}")
         if message[0] in ACTING:
             continue

@@ -153,3 +153,83 @@ def runaway_of_a_stop(t: Tester) -> None:
             _lost(t, answers, error, BOUND)
             return
         t.only(answers, ("DAC",), f"cycle {number} of homing backwards")
+
+
+def begins_again(t: Tester) -> None:
+    """A stop, and an index that is found, forget what went away before, and from where."""
+    for stopped, whole in ((4, 4), (3, 5), (1, 5)):
+        _stopped_while_away(t, stopped, whole)
+    _far_from_its_set_point(t)
+    _homed_while_away(t)
+    _driven_again(t)
+
+
+def _stopped_while_away(t: Tester, stopped: int, whole: int) -> None:
+    """Cycles away before QUICKSTOP count for nothing; the fifth after its first does."""
+    t.operational(theta=0.5)
+    t.run(WATCHED)
+    goal = t.measured
+    way = [*UNTIL, *(170 + 20 * n for n in range(stopped + 1 + whole))]
+    for number, counts in enumerate(way, -len(UNTIL)):
+        if number == stopped:
+            t.command(Command.QUICKSTOP)
+        t.theta = goal - counts * count(t)
+        t.sync(S.QUICKSTOP if number >= stopped else S.OPERATIONAL)
+        answers = bare(t.measure())
+        if number < stopped:
+            t.only(t.setpoint(goal) + t.errors(), ("ERROR", "DAC"))
+        elif number == stopped + 5:
+            _lost(t, answers, goal - t.measured, BOUND)
+        else:
+            t.only(answers, ("DAC",), f"{counts} counts away, QUICKSTOP {stopped} cycles after")
+
+
+def _far_from_its_set_point(t: Tester) -> None:
+    """A stop that begins far from the set-point is no runaway, wherever the joint is."""
+    for theta in (0.5, -0.5):
+        for sign in (1, -1):
+            t.operational(theta=theta)
+            t.run(WATCHED)
+            goal = t.measured
+            for counts in (80, 150, 150, 220, 220, 290, 290):
+                t.theta = goal + sign * counts * count(t)
+                t.sync()
+                t.only(t.measure() + t.setpoint(goal) + t.errors(), ("ERROR", "DAC"))
+            t.command(Command.QUICKSTOP)
+            for number in range(3):
+                t.only(bare(t.sync(S.QUICKSTOP) + t.measure()), ("DAC",), f"cycle {number}")
+            noted(t, S.QUICKSTOP)
+
+
+def _homed_while_away(t: Tester) -> None:
+    """Away before the index came, and after it: four cycles each."""
+    t.configure()
+    t.zero = 0
+    step = t.parameters[P.HOMING_SPEED] * t.parameters[P.PERIOD]
+    begin = 0.06
+    t.command(Command.HOME)
+    for number in range(15):
+        t.theta = begin - 20 * number * count(t)
+        t.sync(S.HOMING)
+        t.measure()
+        error = step * min(number + 1, 8) + 20 * number * count(t)
+        answers = t.reference(valid=int(number == 8), index_counts=0)
+        if number == 14:
+            _lost(t, answers, error, BOUND)
+            return
+        t.only(answers, ("DAC",), f"cycle {number}, the index in the ninth")
+
+
+def _driven_again(t: Tester) -> None:
+    """After a pause of homing its first cycle away is the first."""
+    t.configure({P.PERIOD: 0.05, P.HOMING_SPEED: 2.0})
+    t.theta, t.zero = -0.5, 20000
+    t.command(Command.HOME)
+    for moved in (0.0, 0.1, 0.13):
+        t.theta += moved
+        t.only(bare(t.sync(S.HOMING) + t.measure() + t.reference(valid=0)), ("DAC",))
+    t.only(bare(t.sync(S.READY) + t.measure()), (), "a pause")
+    for moved in (-0.12, -0.112):
+        t.theta += moved
+        answers = bare(t.sync(S.HOMING) + t.measure() + t.reference(valid=0))
+        t.only(answers, ("DAC",), f"moved by {moved} rad")

@@ -57,7 +57,7 @@ def commands_in_operational(t: Tester) -> None:
 def estop(t: Tester) -> None:
     """In each state: FAULT, EMCY, one DAC of zero where DACs went out, silence; once."""
     for state in (S.PREOP, S.HOMING, S.READY, S.OPERATIONAL, S.QUICKSTOP):
-        _to(t, state)
+        brought_to(t, state)
         answers = t.estop()
         off(t, answers, _goes_off(state))
         emergency(t, answers, F.EMERGENCY_STOP, culprit=0, frame=0, value=0.0, bound=0.0)
@@ -74,7 +74,7 @@ def estop(t: Tester) -> None:
     noted(t, S.FAULT, F.EMERGENCY_STOP)
     # nor where the joint is braked: a DAC would open its brake
     for state in (S.HOMING, S.READY):
-        _to(t, state)
+        brought_to(t, state)
         t.sync(S.READY)
         off(t, t.estop(), ("EMCY",))
         silent(t)
@@ -91,11 +91,11 @@ def estop(t: Tester) -> None:
 
 
 def _goes_off(state: NodeState) -> tuple[str, ...]:
-    """What OFF sends out of a state that ``_to`` leads to."""
+    """What OFF sends out of a state that ``brought_to`` leads to."""
     return ("EMCY",) if state is S.PREOP else ("EMCY", "DAC")
 
 
-def _to(t: Tester, state: NodeState) -> None:
+def brought_to(t: Tester, state: NodeState) -> None:
     """A configured node in a state."""
     t.configure()
     t.sync(S.PREOP)
@@ -127,12 +127,16 @@ def estop_frames(t: Tester) -> None:
     answers = t.give(Frame(stop.id, stop.data, fd=False))
     off(t, answers, _goes_off(S.PREOP))
     noted(t, S.FAULT, F.EMERGENCY_STOP)
+    # it has no counter: each is as good as the first
+    before = t.beat().discarded
+    t.only(t.give(stop, stop), (), "ESTOP twice more")
+    t.equal(t.beat().discarded, before, "discarded frames after ESTOP once more")
 
 
 def out_of_fault(t: Tester) -> None:
     """RESET forgives; the way up is the usual one."""
     for state in (S.OPERATIONAL, S.QUICKSTOP):
-        _to(t, state)
+        brought_to(t, state)
         t.estop()
         t.only(bare(t.run(14)), (), "whole cycles do not enable it")
         t.state_is(S.FAULT)
@@ -218,7 +222,7 @@ def register_bits(t: Tester) -> None:
 def another_dbc(t: Tester) -> None:
     """A SYNC of another layout: FAULT at once, and told once."""
     for state in (S.PREOP, S.READY, S.OPERATIONAL):
-        _to(t, state)
+        brought_to(t, state)
         other = t.wire.dbc_hash ^ 0x10
         values = (state, 0, other)
         answers = t.say(Sync, None, 1200, *values)

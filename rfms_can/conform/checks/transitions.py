@@ -41,6 +41,10 @@ def succession(t: Tester) -> None:
                     answers = _cycle(t, state, mode, 1.0, p)
                     told = f"{state.name}, {mode.name}, p {p} after {last.name}"
                     t.only(answers, ("ERROR", "DAC") if taken else (), told)
+    t.operational()
+    t.run(1)
+    answers = _cycle(t, T.START, M.JOINT, 1.0, 0.0, (0.0, None))
+    t.only(answers, (), "START of a joint segment without a second pose")
 
 
 def _cycle(
