@@ -9,6 +9,7 @@ from node_mutants.mutant import Mutant
 from node_mutants.trial import Fate
 
 KEPT: Final = "docs/data/mutant_campaign.jsonl"
+KEPT_HELD_OUT: Final = "docs/data/mutant_held_out.jsonl"
 KEPT_RUNS: Final = "docs/data/mutant_runs.jsonl"
 """The campaigns that docs/mutants.md tells of."""
 
