@@ -5,6 +5,7 @@ One warm parent forks the others, so that a slow machine imports the heavy libra
 
 import gc
 import signal
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -70,8 +71,12 @@ def start_hub(settings: RunSettings) -> Child | None:
         return None
     timing = BusTiming(settings.bit_rate, settings.data_bit_rate)
 
+    def notice(line: str) -> None:
+        sys.stderr.write(f"hub {url.channel!r}: {line}\n")
+
     def body(_: Stop) -> None:
-        serve(url.channel, timing, stop_signals=(signal.SIGTERM,))  # Ctrl-C is the parent's
+        only = (signal.SIGTERM,)  # Ctrl-C is the parent's
+        serve(url.channel, timing, stop_signals=only, notice=notice)
 
     child = Child(f"hub {url.channel}", body)
     until = time.monotonic() + HUB_PATIENCE_S
