@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Column, Table
 from rich.text import Text
@@ -82,6 +83,8 @@ def print_result(title: str, result: RunResult) -> None:
         )
     console.print(table)
     print_rows(_run_rows(result))
+    for missing in result.unrecorded:
+        console.print(f"[red bold]record incomplete:[/] {escape(missing)}")
     if result.fault is not None:
         console.print(f"[red bold]halted by a latched fault:[/] {result.fault}")
 

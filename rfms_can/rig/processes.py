@@ -23,7 +23,7 @@ from rfms_can.master.node import MasterNode
 from rfms_can.node.protocol import Node
 from rfms_can.rig.child import Child, Stop, describe
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
-from rfms_can.rig.recorder import start_recorder
+from rfms_can.rig.recorder import Recorder
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.truth import SceneResult
 from rfms_can.wire.contract import Wire
@@ -128,7 +128,8 @@ class ProcessRig:
 
     Attributes:
         master: the master.
-        children: the processes; the hub and the recorder first.
+        children: the processes of nodes.
+        recorder: the process that writes the log, or None.
 
     Raises:
         BusError: the bus does not exist.
@@ -144,13 +145,16 @@ class ProcessRig:
         self.children: list[Child] = []
         self._hub: list[Child] = []
         self._recorder: list[Child] = []
+        self.recorder: Recorder | None = None
         self._port: Port | None = None
         gc.freeze()  # keep the collector off the memory that the children share
         try:
             hub = start_hub(settings)
             self._hub += [] if hub is None else [hub]
             check_bus(settings)
-            self._recorder += [] if record is None else [start_recorder(record, settings)]
+            if record is not None:
+                self.recorder = Recorder(record, settings)
+                self._recorder.append(self.recorder)
             self.children = [start_node(n, settings, wire) for n in OTHERS if n not in elsewhere]
             self.master = make_master(settings, wire)
             self._port = open_master_port(settings, self.master)

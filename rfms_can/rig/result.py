@@ -44,6 +44,7 @@ class RunResult(msgspec.Struct, frozen=True):
         wall_s: wall-clock time of the enabled part, s.
         scene: contact with the scene; None without a scene, or if the plant is in another process.
         reset_faults: faults that a reset has ended, oldest first.
+        unrecorded: what of the record is missing, and why: a log that is cut, files not written.
         reported: singularities met while the arm complied, in words, each once.
     """
 
@@ -64,6 +65,7 @@ class RunResult(msgspec.Struct, frozen=True):
     scene: SceneResult | None = None
     reported: list[str] = []
     reset_faults: list[str] = []
+    unrecorded: list[str] = []
 
     @property
     def cycles_per_s(self) -> float:

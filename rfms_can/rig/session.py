@@ -77,6 +77,7 @@ class Session:
     Attributes:
         link: the program's link to the master.
         commanded: six joint angles a cycle, rad, if kept: those sent, in double precision.
+        unrecorded: what of the record is missing, for the result.
     """
 
     def __init__(
@@ -99,6 +100,7 @@ class Session:
         self._program: ProgramLink | None = None
         self.link = DirectLink(rig.master, self._thread or rig.pump, self._on_cycle, self._ends)
         self.commanded: array[float] = array("d")
+        self.unrecorded: list[str] = []
         self._bus_bound = bus_bound
         self._progress = progress
         self._keep = keep
@@ -213,4 +215,5 @@ class Session:
             scene=self.rig.scene,
             reported=list(master.rows.reported),
             reset_faults=list(master.machine.reset_faults),
+            unrecorded=list(self.unrecorded),
         )
