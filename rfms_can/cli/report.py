@@ -117,6 +117,9 @@ def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:
         yield "" if k else "compliance", words
     discarded = {name: count for name, count in result.discarded.items() if count}
     yield "discarded", ", ".join(f"{n}: {c}" for n, c in discarded.items()) or "0"
+    for name, counts in (("bus-off", result.bus_offs), ("overflows", result.overflows)):
+        if counts:
+            yield name, ", ".join(f"{node}: {count}" for node, count in counts.items())
     yield "foreign", str(result.foreign)
     yield "lost", str(result.lost)
     if any(result.lateness):

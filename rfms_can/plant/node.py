@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from rfms_can.node.endpoint import Endpoint
+from rfms_can.node.endpoint import PortTellingEndpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.plant.brake_watchdog import BrakeWatchdog
 from rfms_can.plant.physics import PlantPhysics
@@ -23,7 +23,7 @@ from rfms_can.wire.records import Dac, Estop, Force, Heartbeat, Measure, Nmt, Re
 from rfms_can.wire.vocabulary import DRIVEN, Command, NodeState
 
 
-class PlantNode(Endpoint):
+class PlantNode(PortTellingEndpoint):
     """Node 9: seven boards, an arm and a jaw.
 
     Args:

@@ -20,7 +20,7 @@ from rfms_can.master.report import holds
 from rfms_can.messages import StopRequest
 from rfms_can.rig.link import DirectLink
 from rfms_can.rig.realtime import ThreadedPump
-from rfms_can.rig.result import RunResult, discarded_frames, joint_results
+from rfms_can.rig.result import RunResult, discarded_frames, joint_results, troubled_ports
 from rfms_can.rig.truth import SceneResult
 
 Program = Callable[[Arm], None]
@@ -197,6 +197,7 @@ class Session:
     def result(self) -> RunResult:
         """The numbers so far."""
         master, statistics = self.master, self.master.statistics
+        bus_offs, overflows = troubled_ports(master)
         return RunResult(
             fault=master.fault,
             error=self._error,
@@ -216,4 +217,6 @@ class Session:
             reported=list(master.rows.reported),
             reset_faults=list(master.machine.reset_faults),
             unrecorded=list(self.unrecorded),
+            bus_offs=bus_offs,
+            overflows=overflows,
         )
