@@ -13,6 +13,9 @@ from rfms_can.wire.frame import Frame
 NOTHING: Final[tuple[Frame, ...]] = ()
 """Return value of a node that has nothing to send."""
 
+LAST_CYCLE: Final = 0xFFFF_FFFF
+"""Largest number of a cycle that SYNC carries, after 25 days at 2 kHz: 0 comes after it."""
+
 
 class PortCounts(NamedTuple):
     """What a port has counted since it was opened.

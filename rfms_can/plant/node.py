@@ -11,7 +11,7 @@ from functools import partial
 from typing import Final
 
 from rfms_can.node.endpoint import PortTellingEndpoint
-from rfms_can.node.protocol import NOTHING
+from rfms_can.node.protocol import LAST_CYCLE, NOTHING
 from rfms_can.plant.brake_watchdog import BrakeWatchdog
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.tables import complete
@@ -79,7 +79,7 @@ class PlantNode(PortTellingEndpoint):
         else:
             self._synchronised = False
             self._deadline_ns += self._watch_ns
-            self._run_period(self.cycle + 1, self._bus_state)
+            self._run_period(self.cycle + 1 & LAST_CYCLE, self._bus_state)
         return self._flush()
 
     def next_deadline_ns(self) -> int | None:
