@@ -13,7 +13,7 @@ from rfms_can.bus.hub.address import SOCKET_FILE, hub_directory, live_hubs
 from rfms_can.bus.hub.client import MAX_BACKLOG
 from rfms_can.bus.hub.plugin import HubBus
 from rfms_can.bus.hub.port import HubPort
-from rfms_can.bus.hub.server import Hub
+from rfms_can.bus.hub.server import OTHER_IDENTIFIERS, UNINTRODUCED, Hub
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
 from rfms_can.link.rendezvous import LOCK_FILE
@@ -227,3 +227,75 @@ def test_python_can_finds_the_plugin_and_running_hubs(hub: Hub) -> None:
     assert can.detect_available_configs("rfms") == [{"interface": "rfms", "channel": "bench"}]
     with pytest.raises(can.CanInitializationError, match="rfms hub nobody"):
         HubBus("nobody")
+
+
+# --- many clients -----------------------------------------------------------------------------
+
+
+FEW = 4
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Hub, list[str]]]:
+    """A hub with room for few clients, and what it tells a person."""
+    monkeypatch.setattr("rfms_can.bus.hub.server.connections_each", lambda *_: FEW + UNINTRODUCED)
+    notices: list[str] = []
+    hub = Hub("small", notice=notices.append)
+    thread = threading.Thread(target=hub.run)
+    thread.start()
+    yield hub, notices
+    hub.stop()
+    thread.join(5)
+    hub.close()
+
+
+def raw(name: str) -> socket.socket:
+    connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    connection.settimeout(5)
+    connection.connect(str(hub_directory(name) / SOCKET_FILE))
+    return connection
+
+
+def test_connections_without_a_hello_give_way_to_nodes(small: tuple[Hub, list[str]]) -> None:
+    hub, notices = small
+    silent = [raw("small") for _ in range(3 * (FEW + UNINTRODUCED))]
+    ports = [HubPort("small", client=str(number)) for number in range(FEW)]
+    ports[0].send([Frame(1, b"x")])
+    assert next_frame(ports[-1]) == Frame(1, b"x")
+    assert len(hub.clients) <= FEW + UNINTRODUCED
+    assert silent[0].recv(1) == b"", "the oldest was cut"
+    assert len(notices) == 1
+    assert "without a hello" in notices[0]
+    for one in silent:
+        one.close()
+    for port in ports:
+        port.close()
+
+
+def test_more_clients_than_may_be_are_refused_with_the_reason(
+    small: tuple[Hub, list[str]],
+) -> None:
+    _, notices = small
+    ports = [HubPort("small", client=str(number)) for number in range(FEW)]
+    for _ in range(2):
+        with pytest.raises(BusError, match=f"refuses 'late': {FEW} clients are connected"):
+            HubPort("small", client="late")
+    assert len(notices) == 1
+    assert "'late' was refused" in notices[0]
+    ports.pop().close()
+    HubPort("small", client="late").close()
+    for port in ports:
+        port.close()
+
+
+def test_identifiers_of_more_than_11_bits_do_not_fill_the_statistics(
+    hub: Hub, connect: Connect
+) -> None:
+    sender, witness = connect(), connect(frozenset({2}))
+    for number in range(2_000):
+        extended = (0x8000_0000 | number).to_bytes(4, "little")
+        sender._socket.send(extended + bytes([0, 4]) + bytes(66))
+    sender.send([Frame(2, b"")])
+    assert next_frame(witness).id == 2
+    assert set(hub.statistics.frames) == {2, OTHER_IDENTIFIERS}
+    assert hub.statistics.frames[OTHER_IDENTIFIERS].count == 2_000

@@ -1,23 +1,80 @@
-"""When brakes close and open: at power-up, with the first frame, after three silent cycles."""
+"""When brakes close and open: at power-up, with the first frame, after silence, after RESET."""
 
-from rfms_can.plant.brake_watchdog import SILENT_CYCLES, BrakeWatchdog
+import pytest
 
+from rfms_can.plant.brake_watchdog import SILENT_CYCLES, SPEECHLESS_CYCLES, BrakeWatchdog
 
-def test_a_brake_follows_its_own_node_alone() -> None:
-    brakes = BrakeWatchdog(2)
-    assert [brakes.closed(board) for board in (0, 1)] == [True, True]
-    brakes.release(0)
-    assert [brakes.closed(board) for board in (0, 1)] == [False, True]
-    closes = [brakes.miss(0) for _ in range(SILENT_CYCLES + 2)]
-    assert closes == [False] * (SILENT_CYCLES - 1) + [True, False, False]
-    assert brakes.closed(0)
+BOARDS = 3
+ALL = [True] * BOARDS
+NONE = [False] * BOARDS
 
 
-def test_all_brakes_close_at_once_and_open_one_by_one() -> None:
-    brakes = BrakeWatchdog(3)
-    for board in range(3):
-        brakes.release(board)
+@pytest.fixture
+def brakes() -> BrakeWatchdog:
+    """Three boards, two of them joints, open."""
+    brakes = BrakeWatchdog(BOARDS, 2)
+    assert closed(brakes) == ALL
+    assert brakes.end_cycle(ALL, driven=True) == []
+    return brakes
+
+
+def closed(brakes: BrakeWatchdog) -> list[bool]:
+    return [brakes.closed(board) for board in range(BOARDS)]
+
+
+def test_a_brake_follows_its_own_node_alone(brakes: BrakeWatchdog) -> None:
+    heard = [False, True, True]
+    closing = [brakes.end_cycle(heard, driven=False) for _ in range(SILENT_CYCLES + 2)]
+    assert closing == [[]] * (SILENT_CYCLES - 1) + [[0], [], []]
+    assert closed(brakes) == [True, False, False]
+    brakes.end_cycle([True, False, True], driven=False)
+    assert closed(brakes) == NONE
+
+
+@pytest.mark.parametrize("gripper", [False, True])
+def test_where_no_joint_is_heard_they_are_waited_for(brakes: BrakeWatchdog, gripper: bool) -> None:
+    heard = [False, False, gripper]
+    closing = [brakes.end_cycle(heard, driven=True) for _ in range(SPEECHLESS_CYCLES)]
+    assert closing[:-1] == [[]] * (SPEECHLESS_CYCLES - 1)
+    assert closing[-1] == [0, 1] if gripper else [0, 1, 2]
+
+
+def test_one_that_goes_on_being_silent_when_others_speak_is_closed(brakes: BrakeWatchdog) -> None:
+    for _ in range(SPEECHLESS_CYCLES - 1):
+        brakes.end_cycle(NONE, driven=True)
+    assert brakes.end_cycle([False, True, True], driven=True) == [0]
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_a_lost_node_opens_nothing_until_reset(brakes: BrakeWatchdog, driven: bool) -> None:
+    for _ in range(SILENT_CYCLES):
+        brakes.end_cycle([False, True, True], driven=driven)
+    assert brakes.lost(0) == driven
+    brakes.start()
+    brakes.end_cycle(ALL, driven=True)
+    assert closed(brakes) == [driven, False, False]
+    brakes.reset()
+    brakes.end_cycle(ALL, driven=True)
+    assert closed(brakes) == NONE
+
+
+def test_a_brake_that_was_closed_all_along_is_none_of_a_lost_node() -> None:
+    brakes = BrakeWatchdog(BOARDS, 2)
+    for _ in range(10):
+        assert brakes.end_cycle(NONE, driven=True) == []
+    assert not any(brakes.lost(board) for board in range(BOARDS))
+
+
+def test_start_forgets_silence(brakes: BrakeWatchdog) -> None:
+    for _ in range(SPEECHLESS_CYCLES - 1):
+        brakes.end_cycle(NONE, driven=False)
+    brakes.start()
+    assert brakes.end_cycle(NONE, driven=True) == []
+    assert closed(brakes) == NONE
+
+
+def test_all_brakes_close_at_once_and_open_one_by_one(brakes: BrakeWatchdog) -> None:
     brakes.close_all()
-    assert all(brakes.closed(board) for board in range(3))
-    brakes.release(1)
-    assert [brakes.closed(board) for board in range(3)] == [True, False, True]
+    assert closed(brakes) == ALL
+    brakes.end_cycle([False, True, False], driven=True)
+    assert closed(brakes) == [True, False, True]

@@ -6,7 +6,7 @@ import pytest
 from support.bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260
-from rfms_can.plant.brake_watchdog import SILENT_CYCLES
+from rfms_can.plant.brake_watchdog import SILENT_CYCLES, SPEECHLESS_CYCLES
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
@@ -213,32 +213,106 @@ def test_all_joints_are_braked_until_their_nodes_speak(bench: PlantBench) -> Non
 
 
 def test_three_silent_cycles_brake_a_joint_and_its_next_code_frees_it(bench: PlantBench) -> None:
-    bench.sync()
+    """While nothing is driven: joints are silent then when they please."""
+    bench.sync(NodeState.READY)
     bench.dacs(0)
-    bench.sync()
+    bench.sync(NodeState.READY)
     history = []
     for _ in range(SILENT_CYCLES + 1):
         for joint in JOINTS[1:]:
             bench.dac(joint, 0)
-        history.append(bool(measures(bench.sync())[1].braked))
+        history.append(bool(measures(bench.sync(NodeState.READY))[1].braked))
     assert history == [False, False, True, True]
     assert bench.brakes == [True, False, False, False, False, False]
     bench.dacs(0)
-    assert not measures(bench.sync())[1].braked
-    bench.sync()
+    assert not measures(bench.sync(NodeState.READY))[1].braked
+    bench.sync(NodeState.READY)
     assert bench.brakes == [False] * 6
 
 
 def test_a_brake_that_closes_takes_current_and_force_set_point_away(bench: PlantBench) -> None:
     bench.sync()
     bench.dacs(50, force=60)
-    for _ in range(2):
+    for _ in range(SPEECHLESS_CYCLES + 1):
         bench.sync()
     assert (bench.codes, bench.force_codes) == ([50] * 6, [60] * 6)
-    for _ in range(3):
-        bench.sync()
+    assert bench.brakes == [False] * 6
+    bench.sync()
     assert (bench.codes, bench.force_codes) == ([0] * 6, [0] * 6)
     assert bench.brakes == [True] * 6
+
+
+@pytest.mark.parametrize("state", NodeState)
+def test_a_node_that_falls_silent_while_the_arm_is_driven_is_lost_until_reset(
+    bench: PlantBench, state: NodeState
+) -> None:
+    bench.sync(state)
+    bench.dacs(40)
+    bench.sync(state)
+    for _ in range(SILENT_CYCLES):
+        for joint in JOINTS[:-1]:
+            bench.dac(joint, 40)
+        bench.sync(state)
+    lost = state in DRIVEN
+    for _ in range(5):
+        bench.dacs(40)
+        bench.sync(state)
+    assert bench.brakes == [joint == 6 and lost for joint in JOINTS]
+    assert bench.codes == [0 if joint == 6 and lost else 40 for joint in JOINTS]
+    assert bool(bench.node.ignored["DAC of a node that was lost"]) == lost
+    bench.say(Nmt, None, Command.START, 0, 0)
+    bench.say(Nmt, None, Command.RESET, 6, 0)  # neither enabling nor another node's reset
+    bench.dacs(40)
+    bench.sync(state)
+    bench.sync(state)
+    assert bench.brakes == [joint == 6 and lost for joint in JOINTS]
+    bench.say(Nmt, None, Command.RESET, 0, 0)
+    bench.dacs(40)
+    bench.sync(state)
+    bench.sync(state)
+    assert bench.brakes == [False] * 6
+
+
+def test_joints_that_are_all_silent_are_waited_for_a_cycle_longer(bench: PlantBench) -> None:
+    """They wait for one that died; on the third cycle their ladders make them speak again."""
+    bench.sync(NodeState.OPERATIONAL)
+    bench.dacs(40)
+    for _ in range(SILENT_CYCLES + 1):
+        bench.sync(NodeState.OPERATIONAL)
+    for joint in JOINTS[1:]:
+        bench.dac(joint, 10)
+    assert braked(bench.sync(NodeState.OPERATIONAL)) == [True, *[False] * 5]
+    bench.sync(NodeState.OPERATIONAL)
+    assert bench.codes == [0, *[10] * 5]
+
+
+@pytest.mark.parametrize("command", [Command.STOP, Command.RESET])
+def test_nodes_that_are_told_to_fall_silent_are_not_lost(
+    bench: PlantBench, command: Command
+) -> None:
+    bench.sync(NodeState.OPERATIONAL)
+    bench.dacs(40)
+    bench.say(Nmt, None, command, 0, 0)
+    bench.miss_syncs(SPEECHLESS_CYCLES + 2)
+    assert bench.brakes == [True] * 6
+    bench.sync(NodeState.HOMING)
+    bench.dacs(40)
+    bench.sync(NodeState.HOMING)
+    bench.sync(NodeState.HOMING)
+    assert bench.brakes == [False] * 6
+
+
+def test_silence_before_the_arm_is_enabled_does_not_count(bench: PlantBench) -> None:
+    bench.sync(NodeState.HOMING)
+    bench.dacs(40)
+    bench.sync(NodeState.READY)
+    bench.sync(NodeState.READY)
+    bench.sync(NodeState.READY)
+    bench.say(Nmt, None, Command.START, 0, 0)
+    bench.sync(NodeState.OPERATIONAL)
+    bench.sync(NodeState.OPERATIONAL)
+    bench.dacs(40)
+    assert braked(bench.sync(NodeState.OPERATIONAL)) == [False] * 6
 
 
 def test_brakes_hold_the_arm_against_gravity_and_motor(bench: PlantBench) -> None:

@@ -1,5 +1,8 @@
 """Candump logs: what we write, candump's readers read; what we read, we wrote."""
 
+import contextlib
+import resource
+from collections.abc import Iterator
 from pathlib import Path
 
 import can
@@ -13,6 +16,18 @@ from rfms_can.wire.frame import FD_LENGTHS, Frame
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Dac, Sync
 from rfms_can.wire.vocabulary import NodeState
+
+
+@contextlib.contextmanager
+def limited(size: int) -> Iterator[None]:
+    """No file of this process grows beyond a size."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
 
 frames = st.one_of(
     st.sampled_from(sorted(FD_LENGTHS)).flatmap(
@@ -40,7 +55,7 @@ def test_what_is_written_is_read(log: Path, written: list[tuple[int, Frame]]) ->
     assert [frame for _, frame in read] == [frame for _, frame in written]
     whole_us = [time_ns // 1000 for time_ns, _ in written]
     assert [time_s for time_s, _ in read] == [us / 1e6 for us in whole_us]  # the nearest floats
-    assert not writer.lost
+    assert not writer.cut
 
 
 @given(st.lists(frames, min_size=1, max_size=8))
@@ -89,7 +104,30 @@ def test_a_full_disk_loses_the_log_and_nothing_else() -> None:
         writer.write(0, Frame(0x100, bytes(64)))
     writer.write(1, Frame(0x100, bytes(64)))
     writer.close()
-    assert writer.lost
+    assert writer.cut == "No space left on device"
+
+
+@pytest.mark.parametrize("room", [100, 150_000, 1_300_000])
+def test_a_log_that_is_cut_says_so_at_its_end(tmp_path: Path, room: int) -> None:
+    """A limit of the file's size stands for the disk's: 1.2 million bytes are written at a time."""
+    path = tmp_path / "bus.log"
+    writer = CandumpWriter(path, "vcan0")
+    with limited(room):
+        for number in range(20_000):
+            writer.write(number * 1_000_000, Frame(number % 0x800, bytes(64)))
+        writer.close()
+    assert writer.cut == "File too large"
+    text = path.read_text()
+    assert path.stat().st_size <= room
+    assert text.endswith("vcan0 20000084#0001000000000000\n")
+    kept = read_candump(path)
+    assert len(kept) == text.count("\n") - 1
+    assert len(kept) > (room - 5_000) // 160
+    assert [frame.id for _, frame in kept] == [number % 0x800 for number in range(len(kept))]
+    *messages, last = can.LogReader(str(path))
+    assert isinstance(last, can.Message)
+    assert last.is_error_frame
+    assert len(messages) == len(kept)
 
 
 def test_cycles_are_counted_from_enable_to_disable(wire: Wire) -> None:

@@ -14,12 +14,13 @@ from support.bus_nodes import Listener
 from support.system import SHORT
 
 from rfms_can.arm import PUMA_260
-from rfms_can.cli.report import print_result, print_rows
+from rfms_can.cli.report import console, print_result, print_rows
 from rfms_can.coordinator import Arm, stopping
 from rfms_can.errors import FaultError, ProgramError, RfmsError
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.master.stillness import Stillness
+from rfms_can.rig import candump
 from rfms_can.rig.interrupt import Interrupt, signals_noted
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import COMMANDED, LOG, SETTINGS, SUMMARY, Record
@@ -118,6 +119,34 @@ def test_a_record_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     (tmp_path / COMMANDED).mkdir()
     with pytest.raises(RfmsError, match=r"commanded.csv cannot be written"):
         record.commanded(array("d"))
+
+
+def test_a_log_that_is_cut_is_flagged_and_the_run_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Control is unharmed: what is missing is told in the result, its text and its file."""
+    monkeypatch.setattr(candump, "BUFFERED_BYTES", 1 << 14)
+    whole = execute(load_program(SHORT), SETTINGS_USED, record=tmp_path / "whole").result
+
+    def full(directory: Path) -> Record:
+        record = Record(directory)
+        record.log.unlink()
+        record.log.symlink_to("/dev/full")
+        (directory / COMMANDED).mkdir()
+        return record
+
+    monkeypatch.setattr("rfms_can.rig.runner.Record", full)
+    result = execute(load_program(SHORT), SETTINGS_USED, record=tmp_path / "cut").result
+    assert (result.fault, result.error) == (None, None)
+    assert (result.cycles, result.frames) == (whole.cycles, whole.frames)
+    assert whole.unrecorded == []
+    log, commanded = result.unrecorded
+    assert log == "bus.log is cut: No space left on device"
+    assert "commanded.csv cannot be written" in commanded
+    assert json.loads((tmp_path / "cut" / SUMMARY).read_text())["unrecorded"] == result.unrecorded
+    with console.capture() as told:
+        print_result("a run", result)
+    assert "record incomplete: bus.log is cut: No space left on device" in told.get()
 
 
 def test_a_program_s_error_stops_the_moving_arm_on_its_path(watched: Watched) -> None:

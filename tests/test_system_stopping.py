@@ -1,6 +1,7 @@
 """Who stops the arm when part of the bus dies in mid-motion: every node by itself."""
 
 import math
+from collections.abc import Sequence
 
 import pytest
 
@@ -10,12 +11,13 @@ from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.kinematics import direct
 from rfms_can.master.phases import Phase
 from rfms_can.messages import ModeMessage, MoveRequest, PositionMessage, TransformMessage
+from rfms_can.plant.brake_watchdog import SPEECHLESS_CYCLES
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import JOINTS
-from rfms_can.wire.records import Estop, Measure
+from rfms_can.wire.records import Dac, Estop, Measure
 from rfms_can.wire.vocabulary import FaultCode, NodeState
 
 pytestmark = pytest.mark.system
@@ -23,6 +25,10 @@ pytestmark = pytest.mark.system
 SECOND = 1_000_000_000
 AWAY = (0.6, 0.3, -0.5, 0.5, 0.4, -0.6)
 """Where the arm is sent from park, rad: all joints at once, and not slowly."""
+
+HARDEST = 4.0
+"""Largest acceleration over its limit of a joint that comes to rest on its ramp, shaken by the one
+beside it that its brake stops at once; on their own brakes they had 8 to 20."""
 
 
 class Rig:
@@ -42,6 +48,9 @@ class Rig:
         self.lowest = [math.inf] * len(JOINTS)
         self.highest = [-math.inf] * len(JOINTS)
         self.braked = [False] * len(JOINTS)
+        self.path: list[list[float]] = []
+        self.brakes: list[list[bool]] = []
+        self.plant._observe = self._keep_cycle
         self._measures = {wire.id(Measure, joint): wire.codec(Measure, joint) for joint in JOINTS}
         self.bus.observers.append(self._watch_brakes)
 
@@ -50,6 +59,22 @@ class Rig:
             measure = self._measures[frame.id].unpack(frame.data)
             assert measure is not None
             self.braked[(frame.id & 0xF) - 1] = bool(measure.braked)
+
+    def _keep_cycle(self, _: int) -> None:
+        """True angles at the begin of a cycle, and the brakes of the one to come."""
+        self.path.append(list(self.plant.physics.true_q))
+        self.brakes.append([self.plant._brakes.closed(joint - 1) for joint in JOINTS])
+
+    def hardest(self, *but: int) -> float:
+        """Largest acceleration over its limit since ``path`` was cleared, of joints but some."""
+        period_s = self.master.settings.period_ns * 1e-9
+        limits = self.arm.acceleration_limits
+        return max(
+            abs(q2[i] - 2.0 * q1[i] + q0[i]) / period_s**2 / limits[i]
+            for q0, q1, q2 in zip(self.path, self.path[1:], self.path[2:], strict=False)
+            for i in range(len(JOINTS))
+            if i + 1 not in but
+        )
 
     def enable(self) -> "Rig":
         self.bus.run_until(lambda: self.master.phase is Phase.READY)
@@ -157,3 +182,74 @@ def test_an_emergency_stop_from_anybody_brakes_the_arm(rig: Rig, wire: Wire) -> 
     assert rig.master.fault is not None
     assert {node.state for node in rig.joints} == {NodeState.FAULT}
     assert all(rig.braked)
+
+
+# --- brakes close on what must be held, and on nothing else -----------------------------------
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+def test_the_brake_of_a_silent_joint_alone_closes(rig: Rig, joint: int) -> None:
+    """All six closed for a cycle, and let go again."""
+    rig.move_away()
+    del rig.path[:-2], rig.brakes[:]
+    rig.bus.detach(rig.plugs[f"joint {joint}"])
+    rig.run(1.0)
+    closed = [brakes.index(True) + 1 for brakes in rig.brakes if any(brakes)]
+    assert set(closed) == {joint}
+    assert max(map(sum, rig.brakes)) == 1
+    first = next(cycle for cycle, brakes in enumerate(rig.brakes) if any(brakes))
+    assert first <= SPEECHLESS_CYCLES + 1
+    assert rig.hardest(joint) < HARDEST
+    rig.assert_at_rest()
+
+
+def test_frames_lost_in_a_burst_close_no_brake(rig: Rig, wire: Wire) -> None:
+    """For three cycles the plant hears none of the joints: it holds what it has."""
+    rig.move_away()
+    del rig.path[:-2], rig.brakes[:]
+    dacs = {wire.id(Dac, joint) for joint in JOINTS}
+    hears, until = rig.plant.on_frame, rig.bus.now_ns + 3 * rig.master.settings.period_ns
+
+    def deaf(frame: Frame, now_ns: int) -> Sequence[Frame]:
+        return () if frame.id in dacs and now_ns < until else hears(frame, now_ns)
+
+    rig.plant.on_frame = deaf  # type: ignore[method-assign]
+    rig.run(1.0)
+    assert not any(map(any, rig.brakes))
+    assert rig.hardest() < HARDEST
+
+
+def test_a_hung_joint_that_wakes_stays_on_its_brake_until_reset(rig: Rig) -> None:
+    rig.move_away()
+    hung = rig.joints[1]
+    rig.bus.detach(rig.plugs["joint 2"])
+    rig.run(0.5)
+    rig.bus.attach(hung)
+    del rig.brakes[:]
+    rig.run(0.5)
+    assert set(map(tuple, rig.brakes)) == {tuple(number == 2 for number in JOINTS)}
+    assert rig.plant.ignored["DAC of a node that was lost"] > 0
+    assert rig.plant._codes[1] == rig.plant._force_codes[1] == 0
+    rig.master.reset()
+    rig.bus.run_until(lambda: rig.master.phase is Phase.RUN or rig.master.fault is not None)
+    assert rig.master.fault is None
+    rig.run(0.2)
+    assert rig.braked == [False] * len(JOINTS)
+
+
+@pytest.mark.parametrize("ready_cycles", range(7))
+def test_an_arm_enabled_at_any_time_after_homing_opens_all_brakes(
+    wire: Wire, ready_cycles: int
+) -> None:
+    """Joints are silent while READY, and none is lost by it."""
+    rig = Rig(wire, "puma260")
+    rig.bus.run_until(lambda: rig.master.phase is Phase.READY)
+    rig.run(ready_cycles * rig.master.settings.period_ns / SECOND)
+    rig.master.start()
+    rig.bus.run_until(lambda: rig.master.phase is Phase.RUN)
+    rig.run(0.2)
+    assert rig.braked == [False] * len(JOINTS)
+    rig.master.stop()
+    rig.bus.run_until(lambda: rig.master.ended)
+    assert rig.braked == [True] * len(JOINTS)
+    assert not any(rig.plant._brakes.lost(joint - 1) for joint in JOINTS)

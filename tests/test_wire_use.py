@@ -112,13 +112,11 @@ NOT_READ: Final = RESERVED | {
     ("MEASURE", "index_seen"),  # for tools: a node reads the latched count of REFERENCE
     ("MEASURE", "board_fault"),  # of boards that are nodes
     ("FORCE", "saturated"),  # the estimate has its own bound of what can be measured
-    ("HEARTBEAT", "bus_offs"),  # for tools
-    ("HEARTBEAT", "overflows"),  # for tools
 }
 """Signals that none of our nodes reads, and why."""
 QUIET: Final = RESERVED | {
     ("MEASURE", "board_fault"),
-    ("HEARTBEAT", "bus_offs"),  # only its controller knows
+    ("HEARTBEAT", "bus_offs"),  # a healthy bus has none; joints and gripper are not told
     ("HEARTBEAT", "overflows"),
     # what a start, a rigid move in joint coordinates and a healthy bus do not provoke
     *{("HEARTBEAT", "error_register"), ("HEARTBEAT", "discarded"), ("CONFIG_ACK", "status")},

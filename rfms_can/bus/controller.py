@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from rfms_can.node.protocol import Node, hears_itself
+from rfms_can.node.protocol import Node, PortCounts, hears_itself
 from rfms_can.wire.frame import Frame
 
 TX_CAPACITY: Final = 32
@@ -74,6 +74,10 @@ class Controller:
     def error_passive(self) -> bool:
         """Whether the controller may only flag errors passively and waits before it sends."""
         return self.tec >= ERROR_PASSIVE or self.rec >= ERROR_PASSIVE
+
+    def counts(self) -> PortCounts:
+        """What this port has counted: bus-off lasts, and a receive queue never overflows."""
+        return PortCounts(int(self.bus_off), self.tx_overflow)
 
     def route(self) -> Route:
         """This controller as a receiver."""

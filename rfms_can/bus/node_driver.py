@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from rfms_can.bus.port import LONGEST_WAIT_S, Port
-from rfms_can.node.protocol import Node
+from rfms_can.bus.port import LONGEST_WAIT_S, Port, counts_of
+from rfms_can.node.protocol import Node, tell_port
 
 MAX_FRAMES_BEFORE_TIMER: Final = 256
 """A babbling idiot on the bus must not delay a node's deadlines."""
@@ -41,6 +41,7 @@ class NodeDriver:
         self._clock = clock
         self._now_ns = clock()
         self._frames = 0
+        tell_port(node, lambda: counts_of(port.statistics))
 
     def pump(self) -> None:
         """Wait for the next frame or deadline, at most ``LONGEST_WAIT_S``, and handle it.

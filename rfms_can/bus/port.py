@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
+from rfms_can.node.protocol import PortCounts
 from rfms_can.wire.frame import Frame
 
 LONGEST_WAIT_S: Final = 0.05
@@ -52,6 +53,11 @@ class Port(Protocol):
 
     def close(self) -> None:
         """Leave the bus; may be called twice."""
+
+
+def counts_of(statistics: Counter[str]) -> PortCounts:
+    """Of a port's statistics, what a heartbeat tells."""
+    return PortCounts(statistics["bus_off"], statistics["tx_overflow"] + statistics["rx_overflow"])
 
 
 def set_time_limits(sock: socket.socket) -> None:

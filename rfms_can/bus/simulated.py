@@ -31,7 +31,7 @@ from rfms_can.bus.medium import Medium
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.node.protocol import Node
+from rfms_can.node.protocol import Node, tell_port
 from rfms_can.wire.frame import Frame
 
 NEVER: Final = 1 << 62
@@ -93,6 +93,7 @@ class SimulatedBus:
         if any(node.name == controller.name for controller in self._controllers):
             raise BusError(f"two nodes are named {node.name!r}: names tell senders apart")
         controller = Controller(node, len(self._controllers) + 1, tx_capacity, latency_ns)
+        tell_port(node, controller.counts)
         self._controllers.append(controller)
         self._deadlines.append(NEVER)
         self._read_deadline(controller)

@@ -25,7 +25,10 @@ def hub(
         else:
             typer.echo(f"hub {running.name!r} is up: --bus hub:{running.name}; Ctrl-C ends it")
 
-    statistics = serve(name, BusTiming(nominal, data or None), ready)
+    def notice(line: str) -> None:
+        typer.echo(f"hub {name!r}: {line}", err=True)
+
+    statistics = serve(name, BusTiming(nominal, data or None), ready, notice=notice)
     if as_json:
         _line({"frames": _frames(statistics), "bus_time_s": statistics.busy_ns * 1e-9})
     else:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn
 from rich.table import Column, Table
 from rich.text import Text
@@ -82,6 +83,8 @@ def print_result(title: str, result: RunResult) -> None:
         )
     console.print(table)
     print_rows(_run_rows(result))
+    for missing in result.unrecorded:
+        console.print(f"[red bold]record incomplete:[/] {escape(missing)}")
     if result.fault is not None:
         console.print(f"[red bold]halted by a latched fault:[/] {result.fault}")
 
@@ -114,6 +117,9 @@ def _run_rows(result: RunResult) -> Iterator[tuple[str, str]]:
         yield "" if k else "compliance", words
     discarded = {name: count for name, count in result.discarded.items() if count}
     yield "discarded", ", ".join(f"{n}: {c}" for n, c in discarded.items()) or "0"
+    for name, counts in (("bus-off", result.bus_offs), ("overflows", result.overflows)):
+        if counts:
+            yield name, ", ".join(f"{node}: {count}" for node, count in counts.items())
     yield "foreign", str(result.foreign)
     yield "lost", str(result.lost)
     if any(result.lateness):

@@ -3,11 +3,13 @@
 What a person does at the server's machine comes on a socket of its own, never over TCP.
 
 Nothing here blocks on a peer: a reply to a disconnected peer is dropped, and a slow subscriber of
-the status misses some of it. A message longer than ``MAX_BYTES`` closes its connection unread.
+the status misses some of it. A message longer than ``MAX_BYTES`` closes its connection unread, and
+a :class:`~rfms_can.link.connections.ConnectionGuard` cuts connections that are too many.
 """
 
 import os
 import select
+from collections import deque
 from collections.abc import Iterator
 from types import TracebackType
 from typing import IO, Final, Self
@@ -15,7 +17,15 @@ from typing import IO, Final, Self
 import zmq
 
 from rfms_can.errors import LinkError
-from rfms_can.link.address import DEFAULT_NAME, TcpAddress, rendezvous_of, socket_paths
+from rfms_can.link.address import (
+    DEFAULT_NAME,
+    OPERATOR,
+    SOCKETS,
+    TcpAddress,
+    rendezvous_of,
+    socket_paths,
+)
+from rfms_can.link.connections import ConnectionGuard
 from rfms_can.link.keys import DOMAIN, ServerKeys, authenticate
 from rfms_can.messages import MAX_BYTES
 
@@ -23,6 +33,9 @@ STATUS_QUEUED: Final = 4
 """Status messages queued for a slow subscriber."""
 REQUESTS_QUEUED: Final = 256
 """Messages queued from and for one peer."""
+HANDSHAKE_MS: Final = 5_000
+"""Time a peer has to introduce itself, ms; one that connects and says nothing is cut."""
+NOTICES_KEPT: Final = 64
 SOCKET_MODE: Final = 0o600
 AT_ONCE: Final = 64
 """Requests taken at a time, so that a flood from one peer does not delay a cycle."""
@@ -49,6 +62,10 @@ class ServerSocket:
         tcp: additional address to listen on, or None.
         keys: CURVE keys of the TCP connections; file permissions protect the Unix sockets.
 
+    Attributes:
+        name: as given.
+        notices: lines about connections that were cut, for a person; the reader empties it.
+
     Raises:
         LinkError: the name or a port is taken, the directory is open to other users, or the
             address is reachable from other machines and no keys are given.
@@ -72,7 +89,10 @@ class ServerSocket:
         self._status = self._make(zmq.PUB, STATUS_QUEUED)
         self._emergency = self._make(zmq.PULL, REQUESTS_QUEUED)
         self._operator = self._make(zmq.PULL, REQUESTS_QUEUED)
+        self.notices: deque[str] = deque(maxlen=NOTICES_KEPT)
+        self._guard: ConnectionGuard | None = None
         try:
+            self._guard = self._guarded(tcp)
             self._bind_paths()
             if tcp is not None:
                 self._bind_tcp(tcp, keys)
@@ -93,7 +113,17 @@ class ServerSocket:
         socket.linger = 0
         socket.set_hwm(queued)
         socket.setsockopt(zmq.MAXMSGSIZE, MAX_BYTES)
+        socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
         return socket
+
+    def _guarded(self, tcp: TcpAddress | None) -> ConnectionGuard:
+        """The guard of all sockets, which are not bound yet."""
+        addresses: list[str | int] = [str(path) for path in self._paths]
+        if tcp is not None:
+            addresses += [tcp.port + place for place in range(len(SOCKETS))]
+        names = (*SOCKETS, OPERATOR)
+        sockets = dict(zip(names, (*self._sockets, self._operator), strict=True))
+        return ConnectionGuard(sockets, addresses, self.notices)
 
     def _bind_paths(self) -> None:
         """Bind the Unix sockets, with the owner's permissions from the start."""
@@ -182,6 +212,9 @@ class ServerSocket:
     def close(self) -> None:
         """Disconnect all peers and release the name."""
         self._epoll.close()
+        if self._guard is not None:
+            self._guard.close()
+            self._guard = None
         for socket in (*self._sockets, self._operator):
             socket.close()
         if self._authenticator is not None:

@@ -21,6 +21,7 @@ from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
 from rfms_can.master.verification import Verification
+from rfms_can.node.protocol import LAST_CYCLE
 from rfms_can.tables import complete
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY
@@ -91,7 +92,9 @@ class ControlCycle:
         restart_counters: lets the counters of all frames begin at 0.
 
     Attributes:
-        number: cycle under way, as SYNC counts; restarts at 0 when the arm is enabled.
+        number: cycle under way, as SYNC counts: from ``first`` on when the arm is enabled, and on
+            from 0 after the largest that SYNC carries.
+        first: number of the first cycle of an enabled arm.
         closed: cycles closed since the first SYNC: programs wait by it.
         sent: the set-point sent last.
         halted: cycles closed since the last fault.
@@ -104,6 +107,7 @@ class ControlCycle:
         restart_counters: Callable[[], None],
     ) -> None:
         self.number = -1
+        self.first = 0
         self.closed = 0
         self.sent = SentSetpoint(0, -1, 0)
         self.halted = 0
@@ -139,7 +143,7 @@ class ControlCycle:
         if timer.stopped or not machine.cycling:
             return
         timer.begin(began_ns)
-        cycle = self.number = self.number + 1
+        cycle = self.number = self.number + 1 & LAST_CYCLE
         phase = machine.phase
         state = BUS_STATES[phase]
         out.append(self._broadcast.sync(cycle, state, self._rows.in_force.number))
@@ -232,7 +236,7 @@ class ControlCycle:
     @property
     def in_progress(self) -> int:
         """The cycle under way; between the close of one and the next SYNC the one that is next."""
-        return self.number + self._inputs.complete
+        return self.number + self._inputs.complete & LAST_CYCLE
 
     # --- steps of a cycle ---------------------------------------------------------------------
 
@@ -306,7 +310,7 @@ class ControlCycle:
             self._timer.stop()
 
     def _enable(self, out: list[Frame]) -> None:
-        """START: counters and cycles restart at 0, and the arm holds where it is."""
+        """START: counters of frames restart at 0, cycles at ``first``; the arm holds."""
         state = self._inputs.arm_state
         self._motion.enable(state.q)
         self._force.reset()
@@ -317,7 +321,7 @@ class ControlCycle:
         self._machine.change(PhaseEvent.START)
         out.append(self._broadcast.command(Command.START))
         self._restart_counters()
-        self.number = -1
+        self.number = self.first - 1
         self._make_setpoint()
 
 

@@ -2,16 +2,16 @@
 
 At SYNC k+1 the period is integrated with the codes latched at SYNC k, the boards are sampled, and
 the codes of cycle k that have arrived are latched. A joint whose node has been silent for three
-cycles is braked; all are until their nodes speak. When SYNC fails, physics goes on: the plant then
-runs its periods by its own clock.
+cycles is braked (``brake_watchdog.py``); all are until their nodes speak. When SYNC fails, physics
+goes on: the plant then runs its periods by its own clock.
 """
 
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from rfms_can.node.endpoint import Endpoint
-from rfms_can.node.protocol import NOTHING
+from rfms_can.node.endpoint import PortTellingEndpoint
+from rfms_can.node.protocol import LAST_CYCLE, NOTHING
 from rfms_can.plant.brake_watchdog import BrakeWatchdog
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.tables import complete
@@ -23,7 +23,7 @@ from rfms_can.wire.records import Dac, Estop, Force, Heartbeat, Measure, Nmt, Re
 from rfms_can.wire.vocabulary import DRIVEN, Command, NodeState
 
 
-class PlantNode(Endpoint):
+class PlantNode(PortTellingEndpoint):
     """Node 9: seven boards, an arm and a jaw.
 
     Args:
@@ -55,7 +55,7 @@ class PlantNode(Endpoint):
         self._synchronised = False  # SYNC comes
         self._bus_state = NodeState.PREOP
         self._arrived: list[Dac | None] = [None] * GRIPPER
-        self._brakes = BrakeWatchdog(GRIPPER)
+        self._brakes = BrakeWatchdog(GRIPPER, len(JOINTS))
         self._codes = [0] * GRIPPER
         self._force_codes = [0] * len(JOINTS)
         self._measures = [self._sends(Measure, n) for n in (*JOINTS, GRIPPER)]
@@ -79,7 +79,7 @@ class PlantNode(Endpoint):
         else:
             self._synchronised = False
             self._deadline_ns += self._watch_ns
-            self._run_period(self.cycle + 1)
+            self._run_period(self.cycle + 1 & LAST_CYCLE, self._bus_state)
         return self._flush()
 
     def next_deadline_ns(self) -> int | None:
@@ -94,34 +94,39 @@ class PlantNode(Endpoint):
             self.ignored["SYNC with another DBC"] += 1
             return
         self.state = NodeState.OPERATIONAL
-        self._bus_state = NodeState(sync.state)
+        ended, self._bus_state = self._bus_state, NodeState(sync.state)
         self._synchronised = True
         self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
             self._announce()
-        self._run_period(sync.cycle)
+        self._run_period(sync.cycle, ended)
 
-    def _run_period(self, cycle: int) -> None:
-        """Integrate the period that ends now, latch the codes received in it, sample."""
+    def _run_period(self, cycle: int, ended: NodeState) -> None:
+        """Integrate the period that ends now, latch the codes received in it, sample.
+
+        Args:
+            cycle: that begins.
+            ended: what SYNC said of the one that ends.
+        """
         if self._started:
             self.physics.jaw.set_motor_current(self._codes[GRIPPER - 1])
             brakes = [self._brakes.closed(index) for index in range(len(JOINTS))]
             self.physics.step_period(self._codes[: len(JOINTS)], self._force_codes, brakes)
         self._started = True
-        self._latch()
+        self._latch(ended)
         self.cycle = cycle
         if self._observe is not None:
             self._observe(cycle)
         self._sample(cycle & 0xFF)
 
-    def _latch(self) -> None:
-        """Apply the received codes; a joint without a frame keeps its codes."""
+    def _latch(self, ended: NodeState) -> None:
+        """Apply the received codes; a joint without a frame keeps its codes until it is braked."""
+        heard = [dac is not None for dac in self._arrived]
+        for index in self._brakes.end_cycle(heard, driven=ended in DRIVEN):
+            self._power_off(index)  # no current against a closed brake
         for index, dac in enumerate(self._arrived):
             if dac is None:
-                if self._brakes.miss(index):
-                    self._power_off(index)  # no current against a closed brake
                 continue
-            self._brakes.release(index)
             self._codes[index] = dac.current_dac
             if index < len(JOINTS):
                 self._force_codes[index] = dac.force_dac
@@ -157,6 +162,8 @@ class PlantNode(Endpoint):
         """Accept a code of the current cycle; a code of another cycle is stale."""
         if self._stopped:
             self.ignored["DAC after ESTOP"] += 1
+        elif self._brakes.lost(index):
+            self.ignored["DAC of a node that was lost"] += 1
         elif dac.cycle == self.cycle & 0xFF:
             self._arrived[index] = dac
         else:
@@ -174,9 +181,18 @@ class PlantNode(Endpoint):
         if reaction is not None:
             reaction(self)
 
+    def _start(self) -> None:
+        self._restart_counters()
+        self._brakes.start()
+
+    def _stop(self) -> None:
+        self._bus_state = NodeState.READY  # nodes are told to fall silent: none is lost by it
+
     def _reset(self) -> None:
         self._forget_counters()
         self._stopped = False
+        self._bus_state = NodeState.PREOP
+        self._brakes.reset()
 
     def _on_estop(self, estop: Estop) -> None:
         """Torque off and brakes on, whatever the nodes say, until RESET."""
@@ -192,11 +208,11 @@ _REACTIONS: Final[dict[int, Callable[[PlantNode], None] | None]] = complete(
     {
         Command.ANNOUNCE: PlantNode._announce,
         Command.HOME: None,
-        Command.START: PlantNode._restart_counters,
-        Command.STOP: None,
+        Command.START: PlantNode._start,
+        Command.STOP: PlantNode._stop,
         Command.RESET: PlantNode._reset,
         Command.QUICKSTOP: None,
     },
     Command,
 )
-"""What a command does; moving and stopping are the joints' business, which the plant feels."""
+"""What a command does; moving is the joints' business, which the plant feels."""

@@ -15,7 +15,7 @@ from rfms_can.rig.idle import run_idle
 from rfms_can.rig.processes import OTHERS, check_bus, start_hub, start_node
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import LOG, Record
-from rfms_can.rig.recorder import start_recorder
+from rfms_can.rig.recorder import Recorder
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Program
@@ -91,7 +91,7 @@ class Fleet:
             self._listen()  # first: nodes announce themselves once, and again only if asked
             if record is not None and loaded is None:  # a program's master records by itself
                 Record(record)
-                self._helpers.insert(0, start_recorder(record / LOG, settings))
+                self._helpers.insert(0, Recorder(record / LOG, settings))
             for node in OTHERS:
                 if node not in elsewhere:
                     self.children[node] = start_node(node, settings, self._wire)

@@ -5,6 +5,7 @@ One warm parent forks the others, so that a slow machine imports the heavy libra
 
 import gc
 import signal
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -22,7 +23,7 @@ from rfms_can.master.node import MasterNode
 from rfms_can.node.protocol import Node
 from rfms_can.rig.child import Child, Stop, describe
 from rfms_can.rig.nodes import make_gripper, make_joint, make_master, make_plant
-from rfms_can.rig.recorder import start_recorder
+from rfms_can.rig.recorder import Recorder
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.truth import SceneResult
 from rfms_can.wire.contract import Wire
@@ -70,8 +71,12 @@ def start_hub(settings: RunSettings) -> Child | None:
         return None
     timing = BusTiming(settings.bit_rate, settings.data_bit_rate)
 
+    def notice(line: str) -> None:
+        sys.stderr.write(f"hub {url.channel!r}: {line}\n")
+
     def body(_: Stop) -> None:
-        serve(url.channel, timing, stop_signals=(signal.SIGTERM,))  # Ctrl-C is the parent's
+        only = (signal.SIGTERM,)  # Ctrl-C is the parent's
+        serve(url.channel, timing, stop_signals=only, notice=notice)
 
     child = Child(f"hub {url.channel}", body)
     until = time.monotonic() + HUB_PATIENCE_S
@@ -123,7 +128,8 @@ class ProcessRig:
 
     Attributes:
         master: the master.
-        children: the processes; the hub and the recorder first.
+        children: the processes of nodes.
+        recorder: the process that writes the log, or None.
 
     Raises:
         BusError: the bus does not exist.
@@ -139,13 +145,16 @@ class ProcessRig:
         self.children: list[Child] = []
         self._hub: list[Child] = []
         self._recorder: list[Child] = []
+        self.recorder: Recorder | None = None
         self._port: Port | None = None
         gc.freeze()  # keep the collector off the memory that the children share
         try:
             hub = start_hub(settings)
             self._hub += [] if hub is None else [hub]
             check_bus(settings)
-            self._recorder += [] if record is None else [start_recorder(record, settings)]
+            if record is not None:
+                self.recorder = Recorder(record, settings)
+                self._recorder.append(self.recorder)
             self.children = [start_node(n, settings, wire) for n in OTHERS if n not in elsewhere]
             self.master = make_master(settings, wire)
             self._port = open_master_port(settings, self.master)

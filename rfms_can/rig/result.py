@@ -44,6 +44,10 @@ class RunResult(msgspec.Struct, frozen=True):
         wall_s: wall-clock time of the enabled part, s.
         scene: contact with the scene; None without a scene, or if the plant is in another process.
         reset_faults: faults that a reset has ended, oldest first.
+        bus_offs: how often a node's controller went bus-off, by node, where it did.
+        overflows: frames that a node's port lost because a queue was full (ENOBUFS on sending,
+            or the receive queue), by node, where there were any; 255 from a heartbeat is the most.
+        unrecorded: what of the record is missing, and why: a log that is cut, files not written.
         reported: singularities met while the arm complied, in words, each once.
     """
 
@@ -64,6 +68,9 @@ class RunResult(msgspec.Struct, frozen=True):
     scene: SceneResult | None = None
     reported: list[str] = []
     reset_faults: list[str] = []
+    unrecorded: list[str] = []
+    bus_offs: dict[str, int] = {}
+    overflows: dict[str, int] = {}
 
     @property
     def cycles_per_s(self) -> float:
@@ -101,3 +108,11 @@ def discarded_frames(master: MasterNode) -> dict[str, int]:
     """Frames each node has discarded, as its last heartbeat says; the master's own count too."""
     counts = master.bring_up.roster.discarded()
     return {**counts, master.name: master.discarded}
+
+
+def troubled_ports(master: MasterNode) -> tuple[dict[str, int], dict[str, int]]:
+    """Bus-offs and overflows by node, where there were any: heartbeats, and the master's port."""
+    ports = {**master.bring_up.roster.ports(), master.name: master.port_counts()}
+    bus_offs = {name: counts.bus_offs for name, counts in ports.items() if counts.bus_offs}
+    overflows = {name: counts.overflows for name, counts in ports.items() if counts.overflows}
+    return bus_offs, overflows

@@ -1,16 +1,16 @@
 """One run from settings to result: makes the rig, runs the program, writes the record."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 from rfms_can.bus.budget import Cycle, budget
 from rfms_can.bus.timing import BusTiming
-from rfms_can.errors import FaultError
+from rfms_can.errors import FaultError, RfmsError
 from rfms_can.rig.candump import CandumpWriter
 from rfms_can.rig.processes import OTHERS, ProcessRig
-from rfms_can.rig.record import Record
+from rfms_can.rig.record import LOG, Record
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.session import Program, Progress, Rig, Session
 from rfms_can.rig.settings import RunSettings, SettingsError
@@ -18,6 +18,17 @@ from rfms_can.rig.simulated import SimulatedRig
 
 COMPLIES: Final = ["COMPLY", "BIAS"]
 """Frames of a cycle in which the arm complies."""
+
+
+class Log(Protocol):
+    """What writes the frames of a run."""
+
+    @property
+    def cut(self) -> str:
+        """Why it is not whole, once it is closed; empty if it is."""
+
+    def close(self) -> None:
+        """Finish it; again without effect."""
 
 
 class Outcome(NamedTuple):
@@ -68,7 +79,7 @@ def execute(
             f"bus {settings.bus}, {'no directory' if record is None else f'directory {record}'}"
         )
     run_record = None if record is None else Record(record)
-    rig, writer = make_rig(settings, run_record, attach)
+    rig, log = make_rig(settings, run_record, attach)
     try:
         if terms and isinstance(rig, SimulatedRig):
             rig.record_terms()
@@ -82,15 +93,19 @@ def execute(
             interrupted=interrupted,
             program_runs=program_runs,
         )
-        return _run(session, program, settings, run_record)
+        return _run(session, program, settings, run_record, log)
     finally:
         rig.close()
-        if writer is not None:
-            writer.close()
+        if log is not None:
+            log.close()
 
 
 def _run(
-    session: Session, program: Program, settings: RunSettings, run_record: Record | None
+    session: Session,
+    program: Program,
+    settings: RunSettings,
+    run_record: Record | None,
+    log: Log | None,
 ) -> Outcome:
     """Run and complete the record, even after an error."""
     fault: FaultError | None = None
@@ -100,31 +115,55 @@ def _run(
         fault = error
     finally:
         session.close()
-        complete_record(session, settings, run_record)
+        complete_record(session, settings, run_record, log)
     return Outcome(session.result(), fault)
 
 
-def complete_record(session: Session, settings: RunSettings, run_record: Record | None) -> None:
-    """Complete the record of a run, if there is one."""
-    if run_record is not None:
-        master = session.master
-        run_record.settings(settings, master.arm, master.arm_state.zero_counts)
-        run_record.commanded(session.commanded)
-        if isinstance(session.rig, SimulatedRig):
-            if session.rig.watch is not None:
-                run_record.truth(session.rig.watch.rows)
-            if session.rig.terms is not None:
-                run_record.terms(session.rig.terms)
-        run_record.summary(session.result())
+def complete_record(
+    session: Session, settings: RunSettings, run_record: Record | None, log: Log | None
+) -> None:
+    """Complete the record of a run, if there is one.
+
+    A disk that is full takes the record and nothing else: the result says what is missing.
+    """
+    missing = session.unrecorded
+    if log is not None:
+        log.close()
+        if log.cut:
+            missing.append(f"{LOG} is cut: {log.cut}")
+    if run_record is None:
+        return
+    for write in _writes(session, settings, run_record):
+        try:
+            write()
+        except RfmsError as error:
+            missing.append(str(error))
+
+
+def _writes(
+    session: Session, settings: RunSettings, record: Record
+) -> Iterator[Callable[[], None]]:
+    """What writes the files beside the log; the summary last, with what is missing."""
+    master, rig = session.master, session.rig
+    yield lambda: record.settings(settings, master.arm, master.arm_state.zero_counts)
+    yield lambda: record.commanded(session.commanded)
+    if isinstance(rig, SimulatedRig):
+        watch, terms = rig.watch, rig.terms
+        if watch is not None:
+            yield lambda: record.truth(watch.rows)
+        if terms is not None:
+            yield lambda: record.terms(terms)
+    yield lambda: record.summary(session.result())
 
 
 def make_rig(
     settings: RunSettings, run_record: Record | None, attach: bool
-) -> tuple[Rig, CandumpWriter | None]:
-    """The nodes on the bus of the settings, and the log writer where no process records."""
+) -> tuple[Rig, Log | None]:
+    """The nodes on the bus of the settings, and the log of the frames, if there is one."""
     if not settings.simulated:
         elsewhere = frozenset(OTHERS) if attach else frozenset()
-        return ProcessRig(settings, None if run_record is None else run_record.log, elsewhere), None
+        processes = ProcessRig(settings, None if run_record is None else run_record.log, elsewhere)
+        return processes, processes.recorder
     rig = SimulatedRig(settings)
     if run_record is None:
         return rig, None

@@ -202,7 +202,7 @@ def serve(
     if rendezvous_of(listening.name).alive:
         raise LinkError(f"server {listening.name!r} is running already: take another --name")
     run_record = None if record is None else Record(record)
-    rig, writer = make_rig(settings, run_record, attach)
+    rig, log = make_rig(settings, run_record, attach)
     try:
         watch(rig)
         with ServerSocket(*listening) as socket:  # after the rig has forked its processes
@@ -221,9 +221,9 @@ def serve(
             except FaultError as error:
                 fault = error
             finally:
-                complete_record(serving.session, settings, run_record)
+                complete_record(serving.session, settings, run_record, log)
             return Served(serving.session.result(), serving.server.numbers(), fault)
     finally:
         rig.close()
-        if writer is not None:
-            writer.close()
+        if log is not None:
+            log.close()

@@ -52,7 +52,10 @@ class ServerDriver:
         self.broadcast()
 
     def broadcast(self) -> None:
-        """Broadcast the arm's state."""
+        """Broadcast the arm's state; pass on what the sockets have to tell a person."""
+        notices = self._socket.notices
+        while notices:
+            self._server.events.append(notices.popleft())
         self._socket.broadcast(_encode(self._server.status()))
 
     def end(self, reason: str) -> None:

@@ -20,7 +20,7 @@ from rfms_can.master.report import holds
 from rfms_can.messages import StopRequest
 from rfms_can.rig.link import DirectLink
 from rfms_can.rig.realtime import ThreadedPump
-from rfms_can.rig.result import RunResult, discarded_frames, joint_results
+from rfms_can.rig.result import RunResult, discarded_frames, joint_results, troubled_ports
 from rfms_can.rig.truth import SceneResult
 
 Program = Callable[[Arm], None]
@@ -77,6 +77,7 @@ class Session:
     Attributes:
         link: the program's link to the master.
         commanded: six joint angles a cycle, rad, if kept: those sent, in double precision.
+        unrecorded: what of the record is missing, for the result.
     """
 
     def __init__(
@@ -99,6 +100,7 @@ class Session:
         self._program: ProgramLink | None = None
         self.link = DirectLink(rig.master, self._thread or rig.pump, self._on_cycle, self._ends)
         self.commanded: array[float] = array("d")
+        self.unrecorded: list[str] = []
         self._bus_bound = bus_bound
         self._progress = progress
         self._keep = keep
@@ -195,6 +197,7 @@ class Session:
     def result(self) -> RunResult:
         """The numbers so far."""
         master, statistics = self.master, self.master.statistics
+        bus_offs, overflows = troubled_ports(master)
         return RunResult(
             fault=master.fault,
             error=self._error,
@@ -213,4 +216,7 @@ class Session:
             scene=self.rig.scene,
             reported=list(master.rows.reported),
             reset_faults=list(master.machine.reset_faults),
+            unrecorded=list(self.unrecorded),
+            bus_offs=bus_offs,
+            overflows=overflows,
         )

@@ -9,6 +9,7 @@
 ``bad_nodes``          joints that are tampered with, in place of joint 3 of a simulated run
 ``server``             a server's core without sockets, and a real one in a thread with clients
 ``link``               a program's end of the link without sockets: to such a core, or to nothing
+``zmtp``               a peer of ZeroMQ made of a plain socket, that does what no library would
 ``command_line``       ``rfms`` as a user types it
 ``scene``              an arm in a scene, without a bus
 ``trajectory``         the trajectory generator and six joints, without a bus

@@ -26,11 +26,18 @@ from rfms_can.bus.hub.protocol import MAX_HELLO_BYTES, MAX_PACKET_BYTES, VERSION
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
+from rfms_can.link.descriptors import connections_each
 from rfms_can.wire.frame import CLASSIC_LENGTHS, FD_LENGTHS, MAX_ID
 
 Competitor = tuple[int, HubClient, bytes, int]
 """A frame of one round: identifier (with flags), sender, 72 bytes, bus time in ns."""
 
+MAX_CLIENTS: Final = 256
+"""Clients at a time, where there are descriptors enough."""
+UNINTRODUCED: Final = 16
+"""Connections beside them that have said no hello yet; then the oldest of these gives way."""
+OTHER_IDENTIFIERS: Final = MAX_ID + 1
+"""Stands in the statistics for every identifier that is none of 11 bits: those are too many."""
 _BACKLOG_OF_CONNECTIONS: Final = 64
 _by_identifier = itemgetter(0)
 
@@ -41,10 +48,12 @@ class Hub:
     Args:
         name: of the hub.
         timing: bit rates of the emulated bus.
+        notice: called with a line for a person, about clients that were refused.
 
     Attributes:
         name: as given.
         timing: as given.
+        bound: clients at a time.
         statistics: of all frames; times are virtual.
         clients: connected clients, welcomed or about to be.
 
@@ -52,12 +61,19 @@ class Hub:
         BusError: the name is taken or invalid.
     """
 
-    def __init__(self, name: str, timing: BusTiming | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        timing: BusTiming | None = None,
+        notice: Callable[[str], None] = lambda _: None,
+    ) -> None:
         self.name = name
+        self._notice, self._noticed = notice, False
         self.timing = timing or BusTiming()
         self.statistics = BusStatistics(since_ns=time.monotonic_ns())
         self.clients: dict[int, HubClient] = {}
         self._path, self._lock = claim(name)
+        self.bound = max(1, connections_each(1, MAX_CLIENTS + UNINTRODUCED) - UNINTRODUCED)
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._waker, self._wake = socket.socketpair()
         try:
@@ -143,7 +159,8 @@ class Hub:
         since_start_ns = 0
         for can_id, sender, frame, bus_time_ns in round_:
             since_start_ns += bus_time_ns
-            count_frame(can_id, bus_time_ns, since_start_ns)
+            counted = can_id if can_id <= MAX_ID else OTHER_IDENTIFIERS
+            count_frame(counted, bus_time_ns, since_start_ns)
             route = routes.get(can_id)
             for client in self._route(can_id) if route is None else route:
                 if client is not sender or client.echo:
@@ -184,8 +201,17 @@ class Hub:
         except OSError:
             return  # the client disconnected before it was accepted
         connection.setblocking(False)
+        if len(self.clients) >= self.bound + UNINTRODUCED:
+            self._disconnect(next(one for one in self.clients.values() if not one.name))
+            self._tell("connections without a hello: the oldest was cut")
         self.clients[connection.fileno()] = HubClient(connection)
         self._epoll.register(connection, select.EPOLLIN)
+
+    def _tell(self, what: str) -> None:
+        """Tell a person once that the hub is full, until it is no longer."""
+        if not self._noticed:
+            self._notice(f"{len(self.clients)} {what}; see which program connects so often")
+        self._noticed = True
 
     def _welcome(self, client: HubClient, packet: bytes) -> None:
         """Answer a hello; a client that is refused is disconnected."""
@@ -197,6 +223,9 @@ class Hub:
         else:
             if hello.version != VERSION:
                 refused = f"it speaks version {hello.version}, this hub {VERSION}"
+            elif sum(bool(other.name) for other in self.clients.values()) >= self.bound:
+                refused = f"{self.bound} clients are connected, as many as may be; end some"
+                self._tell(f"clients, {self.bound} may be: {hello.client!r} was refused")
         welcome = Welcome(self.timing.nominal_bit_rate, self.timing.data_bit_rate, refused)
         if not refused:
             client.name = hello.client or "unnamed"
@@ -213,6 +242,8 @@ class Hub:
         self._epoll.unregister(client.socket)
         client.socket.close()
         self._routes.clear()
+        if len(self.clients) < self.bound:
+            self._noticed = False
 
 
 def _bus_times(timing: BusTiming) -> dict[int, int]:
@@ -229,13 +260,14 @@ def serve(
     timing: BusTiming | None = None,
     on_ready: Callable[[Hub], None] | None = None,
     stop_signals: Iterable[signal.Signals] = (signal.SIGINT, signal.SIGTERM),
+    notice: Callable[[str], None] = lambda _: None,
 ) -> BusStatistics:
     """Run a hub in this process until one of the signals; its statistics.
 
     Raises:
         BusError: the name is taken or invalid.
     """
-    hub = Hub(name, timing)
+    hub = Hub(name, timing, notice)
     previous = {number: signal.signal(number, lambda *_: hub.stop()) for number in stop_signals}
     try:
         if on_ready is not None:

@@ -5,6 +5,7 @@ from typing import Final, NamedTuple
 
 from rfms_can.master.node import MasterNode
 from rfms_can.messages.numbers import LATENCY_EDGES_NS
+from rfms_can.node.protocol import LAST_CYCLE
 
 CYCLE_BINS: Final = 4
 MAX_PENDING: Final = 1024
@@ -53,7 +54,7 @@ class Latency:
                 waiting.append(pending)
                 continue
             later = sent.tick - pending.tick - 1  # set-points sent since, one for each cycle
-            cycles = sent.cycle - later - pending.in_progress
+            cycles = sent.cycle - later - pending.in_progress & LAST_CYCLE
             self.cycles[min(cycles, CYCLE_BINS - 1)] += 1
             if self._realtime:
                 time_ns = sent.sent_ns - pending.received_ns

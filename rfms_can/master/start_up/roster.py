@@ -2,6 +2,7 @@
 
 from typing import Final
 
+from rfms_can.node.protocol import PortCounts
 from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
 from rfms_can.wire.records import Heartbeat
 from rfms_can.wire.vocabulary import NodeState, name_of
@@ -88,3 +89,13 @@ class Roster:
     def discarded(self) -> dict[str, int]:
         """Frames each node has discarded since its start."""
         return {NODE_NAMES[n]: beat.discarded for n, beat in sorted(self.beats.items())}
+
+    def ports(self) -> dict[str, PortCounts]:
+        """What each node's port has counted; the largest that a heartbeat carries stand for more.
+
+        Those of our nodes tell it that say so (``PortTellingEndpoint``); others may.
+        """
+        return {
+            NODE_NAMES[n]: PortCounts(beat.bus_offs, beat.overflows)
+            for n, beat in sorted(self.beats.items())
+        }
