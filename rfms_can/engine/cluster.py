@@ -3,6 +3,7 @@
 Imported only where a cluster is asked for: it needs the extra ``scale``.
 """
 
+import logging
 import queue
 import time
 from collections.abc import Iterator, Sequence
@@ -25,6 +26,8 @@ from rfms_can.errors import EngineError
 
 CONNECT_S: Final = 10.0
 """Longest time until the scheduler answers, s."""
+CLOSE_S: Final = 2.0
+"""Longest time that taking leave of it may take, s."""
 WORKERS_S: Final = 60.0
 """Longest time without any worker, s."""
 LOOK_S: Final = 0.2
@@ -66,8 +69,8 @@ class Cluster:
         try:
             yield from _Campaign(client, self.address, Stamp.here(self._folders), work).results()
         finally:
-            with suppress(Exception):  # a scheduler that was lost
-                client.close(timeout=CONNECT_S)
+            with suppress(TimeoutError):  # a scheduler that was lost
+                client.close(timeout=CLOSE_S)
 
 
 def _certificates(address: str) -> Security:
@@ -85,6 +88,8 @@ def _certificates(address: str) -> Security:
 
 
 def _connected(address: str, security: Security | None) -> Client:
+    for name in ("client", "core", "comm"):  # what goes wrong is told in one line, not in logs too
+        logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
     try:
         return Client(address, timeout=CONNECT_S, security=security, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
@@ -127,7 +132,7 @@ class _Campaign:
                     yield self._finished(self._done.get(timeout=LOOK_S))
                 self._work.tick()
         finally:
-            with suppress(Exception):  # a scheduler that was lost
+            if self._client.status == "running":
                 self._client.cancel(list(self._waiting), force=True)
 
     def _submit(self, one: bytes, index: int, job: Any) -> None:
@@ -159,13 +164,15 @@ class _Campaign:
 
     def _count(self) -> None:
         """Look at the workers now and then; those that are new are checked."""
+        if self._client.status != "running":  # Dask cancels all jobs before it connects again
+            raise self._lost()
         now = time.monotonic()
         if self._workers and now - self._counted < COUNT_S:
             return
         self._counted = now
         try:
             workers = self._client.scheduler_info()["workers"]
-        except (OSError, TimeoutError) as error:
+        except (OSError, TimeoutError, KeyError) as error:
             raise self._lost() from error
         new = {address: about for address, about in workers.items() if address not in self._workers}
         self._check({address: int(about["nthreads"]) for address, about in new.items()})
