@@ -23,6 +23,8 @@
     │   ├── TrackingError       a move that stopped short: the arm could not follow its path
     │   └── LeaseError          another coordinator controls the arm, or the lease has lapsed
     ├── LinkError           no server, no answer, or an invalid message
+    ├── EngineError         a campaign cannot run as asked: its file, its cluster
+    │   └── JobError            one of its jobs failed, or every worker that tried it was lost
     ├── TableError          an incomplete table: a bug, found at import
     ├── PlantError          MuJoCo warned, or the plant was asked for an impossible rate
     └── FaultError          a latched fault has halted the arm: it is safe, and waits for a reset
@@ -131,6 +133,14 @@ class MoveError(ProgramError, ValueError):
     """
 
     remedy: Mapping[str, Any] = MappingProxyType({})
+
+
+class EngineError(RfmsError):
+    """A campaign cannot run as asked: its file of results, its workers or its cluster."""
+
+
+class JobError(EngineError):
+    """A job of a campaign failed, or was given up because its workers were lost."""
 
 
 class TableError(RfmsError, LookupError):

@@ -23,10 +23,11 @@ from rfms_can.analysis.campaign.job import (
     Misalignment,
     groups_of,
 )
-from rfms_can.analysis.campaign.results import Results, read
+from rfms_can.analysis.campaign.results import RESULTS, read
 from rfms_can.analysis.campaign.runs import jobs_of, run_all
 from rfms_can.analysis.campaign.summary import HEADINGS, markdown, rows_of
 from rfms_can.compliance import ControlLaw
+from rfms_can.engine import Serial
 from rfms_can.errors import RfmsError
 
 RIGID = Group("position", "open", "thesis", 1.0, 0.5)
@@ -107,25 +108,23 @@ def test_what_was_run_is_not_run_again(
 
     monkeypatch.setattr(campaign_runs, "insert", fake)
     file = tmp_path / "kept.jsonl"
-    told: list[Insertion] = []
     few, all_of_them = (jobs_of([RIGID, COMPLYING], range(n), 0.9) for n in (2, 5))
-    run_all(few, PROGRAM, Results(conditions, file))
-    runs = run_all(all_of_them, PROGRAM, Results(conditions, file), done=told.append)
+    run_all(few, PROGRAM, RESULTS.open(file, conditions), Serial())
+    runs = run_all(all_of_them, PROGRAM, RESULTS.open(file, conditions), Serial())
     assert [job.seed for job in made] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
     assert [(run.group, run.seed) for run in runs] == [(j.group, j.seed) for j in all_of_them]
-    assert len(told) == 10
     assert read(file) == (conditions, runs)
 
 
 def test_a_line_that_was_cut_off_is_run_again(tmp_path: Path, conditions: Conditions) -> None:
     file = tmp_path / "kept.jsonl"
     first, second = came(RIGID, 0), came(RIGID, 1)
-    results = Results(conditions, file)
+    results = RESULTS.open(file, conditions)
     results.add(first)
     results.add(second)
     file.write_bytes(file.read_bytes()[:-20])
-    again = Results(conditions, file)
-    assert again.runs == [first]
+    again = RESULTS.open(file, conditions)
+    assert again.results == [first]
     again.add(second)
     assert read(file)[1] == [first, second]
 
@@ -134,19 +133,19 @@ def test_results_of_other_conditions_are_not_mixed_in(
     tmp_path: Path, conditions: Conditions
 ) -> None:
     file = tmp_path / "kept.jsonl"
-    Results(conditions, file).add(came(RIGID, 0))
+    RESULTS.open(file, conditions).add(came(RIGID, 0))
     before = file.read_bytes()
     with pytest.raises(RfmsError, match=r"kept.jsonl holds runs with dither 0.9, not 0.5: give"):
-        Results(msgspec.structs.replace(conditions, dither=0.5), file)
+        RESULTS.open(file, msgspec.structs.replace(conditions, dither=0.5))
     assert file.read_bytes() == before
 
 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "is not a campaign file: its first line has no conditions"),
-        ("hello\n", "is not a campaign file: its first line has no conditions"),
-        ('{"a": 1}\n', "is not a campaign file: its first line has no conditions"),
+        ("", "is not a file of runs: its first line has no conditions"),
+        ("hello\n", "is not a file of runs: its first line has no conditions"),
+        ('{"a": 1}\n', "is not a file of runs: its first line has no conditions"),
     ],
 )
 def test_a_file_that_is_none_is_refused_and_left_alone(
@@ -155,16 +154,16 @@ def test_a_file_that_is_none_is_refused_and_left_alone(
     file = tmp_path / "kept.jsonl"
     file.write_text(text)
     with pytest.raises(RfmsError, match=says):
-        Results(conditions, file)
+        RESULTS.open(file, conditions)
     assert file.read_text() == text
 
 
 def test_a_line_that_is_no_run_is_named(tmp_path: Path, conditions: Conditions) -> None:
     file = tmp_path / "kept.jsonl"
-    Results(conditions, file).add(came(RIGID, 0))
+    RESULTS.open(file, conditions).add(came(RIGID, 0))
     file.write_bytes(file.read_bytes() + b'{"law": 3}\n')
-    with pytest.raises(RfmsError, match="line 3 is not a campaign run"):
-        Results(conditions, file)
+    with pytest.raises(RfmsError, match="line 3 is not one of the runs"):
+        RESULTS.open(file, conditions)
 
 
 # --- what it amounts to --------------------------------------------------------------------------
@@ -211,6 +210,17 @@ def test_a_table_has_a_cell_under_every_heading() -> None:
 )
 def test_wrong_words_are_told_in_one_line(campaign: Rfms, words: str, says: str) -> None:
     assert says in campaign(*words.split()).complaint
+
+
+def test_a_worker_elsewhere_runs_the_text_that_it_was_sent(tmp_path: Path) -> None:
+    """Its file may be missing there, or be another one."""
+    here, there = tmp_path / "mine.py", tmp_path / "gone" / "mine.py"
+    here.write_bytes(b"text")
+    assert campaign_runs._here(here, b"text") == here
+    for program in (there, here):
+        copy = campaign_runs._here(program, b"another text")
+        assert (copy.name, copy.read_bytes()) == ("mine.py", b"another text")
+    assert here.read_bytes() == b"text"
 
 
 def test_a_program_that_raises_gives_its_reason_without_its_place(tmp_path: Path) -> None:

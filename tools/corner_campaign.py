@@ -8,36 +8,32 @@ acceleration time makes. Results are kept in a file; corners already in it are n
 """
 
 import argparse
-import multiprocessing
-import sys
 from functools import partial
-from pathlib import Path
 
+from campaign_options import backend, campaign_parser, exit_with
 from corners.draw import draw
-from corners.results import KEPT, Conditions, append, read
+from corners.results import FILE, KEPT, Conditions
 from corners.run import Result, result_of
 from corners.table import summary
 
 from rfms_can.arm import ARMS, arm_by_name
-from rfms_can.errors import RfmsError
+from rfms_can.engine import carry_out, run
 
 
 def arguments() -> argparse.Namespace:
     """Command-line arguments."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = campaign_parser(__doc__, KEPT)
     parser.add_argument("--arm", action="append", choices=ARMS, help="repeatable; both if absent")
     parser.add_argument("--seeds", type=int, default=500, help="corners of each arm")
     parser.add_argument("--deviation", type=float, default=2e-3, help="largest, m")
     parser.add_argument("--rate", type=float, default=250.0, help="set-points a second")
-    parser.add_argument("--workers", type=int, default=1, help="processes")
-    parser.add_argument("--keep", type=Path, help=f"file of results, e.g. {KEPT}")
     options = parser.parse_args()
     if not 0.0 < options.deviation <= 1.0:
         parser.error(f"--deviation {options.deviation:g} m is not in 0 to 1 m")
     if not 20.0 <= options.rate <= 2000.0:
         parser.error(f"--rate {options.rate:g} is not in 20 to 2000 Hz")
-    if options.seeds < 1 or options.workers < 1:
-        parser.error(f"--seeds {options.seeds}, --workers {options.workers}: give at least 1")
+    if options.seeds < 1:
+        parser.error(f"--seeds {options.seeds}: give at least 1")
     return options
 
 
@@ -52,23 +48,18 @@ def main() -> int:
     """Run what is missing, and print the table."""
     options = arguments()
     conditions = Conditions(options.deviation, options.rate)
-    try:
-        results = read(options.keep, conditions)[1] if options.keep else []
-    except RfmsError as error:
-        print(f"corner_campaign.py: {error}", file=sys.stderr)
-        return 1
-    wanted = [(arm, seed) for arm in options.arm or ARMS for seed in range(options.seeds)]
-    done = {(result.arm, result.seed) for result in results}
-    jobs = [job for job in wanted if job not in done]
-    with multiprocessing.Pool(options.workers) as pool:
-        for result in pool.imap(partial(one, conditions=conditions), jobs):
-            results.append(result)
-            if options.keep:
-                append(options.keep, conditions, result)
-    chosen = set(wanted)
-    print(summary([each for each in results if (each.arm, each.seed) in chosen], conditions))
+    workers = backend(options)
+    results = carry_out(
+        [(arm, seed) for arm in options.arm or ARMS for seed in range(options.seeds)],
+        lambda left: run(partial(one, conditions=conditions), left, workers),
+        FILE.open(options.keep, conditions),
+        what="corners",
+        job_key=lambda job: job,
+        result_key=lambda result: (result.arm, result.seed),
+    )
+    print(summary(results, conditions))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -10,46 +10,36 @@ them there.
 """
 
 import argparse
-import multiprocessing
-import multiprocessing.pool
-import sys
-import time
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Generator
+from itertools import chain
 from typing import Final
 
+from campaign_options import backend, campaign_parser, exit_with
 from random_programs.draw import MIX_NUMBER, draw
 from random_programs.on_bus import Batch
-from random_programs.results import KEPT, Brief, Conditions, append, read
+from random_programs.results import FILE, KEPT, Brief, Conditions
 from random_programs.table import broken, summary
 from random_programs.trial import PERIOD_S, Trial
 
 from rfms_can.arm import ARMS, arm_by_name
-from rfms_can.errors import RfmsError
+from rfms_can.engine import Backend, carry_out, run
 
 IN_A_RUN: Final = 10
 """Programs in one run on the bus."""
-EVERY: Final = 100
-"""Programs between two lines of progress."""
 
 
 def arguments() -> argparse.Namespace:
     """Command-line arguments."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = campaign_parser(__doc__, KEPT)
     parser.add_argument("--arm", action="append", choices=ARMS, help="repeatable; both if absent")
     parser.add_argument("--seeds", type=int, default=100, help="programs of each arm")
     parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument(
         "--bus", action="store_true", help="on the whole simulated bus, some in each run"
     )
-    parser.add_argument("--keep", type=Path, help=f"file of results, e.g. {KEPT}")
     options = parser.parse_args()
-    if options.seeds < 1 or options.workers < 1 or options.first < 0:
-        parser.error(
-            f"--seeds {options.seeds}, --workers {options.workers}, --first {options.first}: "
-            f"give at least 1, 1 and 0"
-        )
+    if options.seeds < 1 or options.first < 0:
+        parser.error(f"--seeds {options.seeds}, --first {options.first}: give at least 1 and 0")
     return options
 
 
@@ -72,54 +62,42 @@ def on_bus(jobs: list[tuple[str, int]]) -> list[Brief]:
 def batches(jobs: list[tuple[str, int]]) -> list[list[tuple[str, int]]]:
     """Jobs for ``on_bus``, the arms in turn."""
     of_arms = [[job for job in jobs if job[0] == arm] for arm in ARMS]
-    runs = [
+    runs = (
         of_arm[first : first + IN_A_RUN]
         for first in range(0, max(map(len, of_arms)), IN_A_RUN)
         for of_arm in of_arms
-    ]
-    return [run for run in runs if run]
+    )
+    return [batch for batch in runs if batch]
 
 
 def made(
-    pool: "multiprocessing.pool.Pool", jobs: list[tuple[str, int]], *, bus: bool
-) -> Iterator[Brief]:
+    jobs: list[tuple[str, int]], workers: Backend, *, bus: bool
+) -> Generator[Brief, None, None]:
     """The results of all jobs, as they are there."""
     if not bus:
-        yield from pool.imap(one, jobs)
+        yield from run(one, jobs, workers)
         return
-    for results in pool.imap(on_bus, batches(jobs)):
-        yield from results
+    yield from chain.from_iterable(run(on_bus, batches(jobs), workers))
 
 
 def main() -> int:
     """Run what is missing, and print the table; 1 if a promise was broken."""
     options = arguments()
     conditions = Conditions(1.0 / PERIOD_S, MIX_NUMBER)
-    try:
-        results = read(options.keep, conditions)[1] if options.keep else []
-    except RfmsError as error:
-        print(f"program_campaign.py: {error}", file=sys.stderr)
-        return 1
+    workers = backend(options)
     seeds = range(options.first, options.first + options.seeds)
-    wanted = [(arm, seed) for seed in seeds for arm in options.arm or ARMS]
-    done = {(each.a, each.s) for each in results}
-    jobs = [job for job in wanted if job not in done]
-    began = time.monotonic()
-    with multiprocessing.Pool(options.workers) as pool:
-        for count, result in enumerate(made(pool, jobs, bus=options.bus), start=1):
-            results.append(result)
-            if options.keep:
-                append(options.keep, conditions, result)
-            if broken(result):
-                print(f"{result.a} {result.s}: {result.bad or result.acc}", file=sys.stderr)
-            if count % EVERY == 0:
-                left = (time.monotonic() - began) / count * (len(jobs) - count)
-                print(f"{count} of {len(jobs)}, {left / 60:.0f} min left", file=sys.stderr)
-    chosen = set(wanted)
-    kept = [each for each in results if (each.a, each.s) in chosen]
-    print(summary(kept, conditions))
-    return int(any(map(broken, kept)))
+    results = carry_out(
+        [(arm, seed) for seed in seeds for arm in options.arm or ARMS],
+        lambda left: made(left, workers, bus=options.bus),
+        FILE.open(options.keep, conditions),
+        what="programs",
+        job_key=lambda job: job,
+        result_key=lambda result: (result.a, result.s),
+        remark=lambda each: f"{each.a} {each.s}: {each.bad or each.acc}" if broken(each) else "",
+    )
+    print(summary(results, conditions))
+    return int(any(map(broken, results)))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -16,16 +16,17 @@ that a campaign that was interrupted goes on where it was. The table at the end 
 condition, over its seeds.
 """
 
-import argparse
-import json
 import math
 import random
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
+from campaign_options import backend, campaign_parser, exit_with
+
+from rfms_can import engine
 from rfms_can.kinematics import Configuration
 from rfms_can.master.trajectory.goal import Goal, Moment
 from rfms_can.master.world import Limits, WorldModel
@@ -109,6 +110,19 @@ class Numbers(NamedTuple):
     rest_s: float
 
 
+class Run(NamedTuple):
+    """A line of the file."""
+
+    conditions: Conditions
+    numbers: Numbers
+
+
+KEPT: Final = "references.jsonl"
+FILE: Final = engine.ResultFile[None, Run](
+    "runs", "tools/reference_campaign.py", None, Run, digits=4
+)
+
+
 def pictures(conditions: Conditions, until: float) -> list[Picture]:
     """All that the camera sends, by the time it arrives."""
     chance = random.Random(repr(conditions))
@@ -177,24 +191,9 @@ def grid(seeds: int) -> Iterator[Conditions]:
         yield Conditions(motion, rate, noise, jitter, loss, outliers, limited, seed)
 
 
-def kept(file: Path) -> dict[Conditions, Numbers]:
-    """The runs in a file; a line that was cut off when it was written is left out."""
-    runs = {}
-    for line in file.read_text().splitlines() if file.exists() else []:
-        try:
-            entry: dict[str, Any] = json.loads(line)
-            runs[Conditions(**entry["conditions"])] = Numbers(**entry["numbers"])
-        except (ValueError, KeyError, TypeError):
-            continue
-    return runs
-
-
-def _line(conditions: Conditions, numbers: Numbers) -> str:
-    rounded = {
-        name: None if value is None else float(f"{value:.4g}")
-        for name, value in numbers._asdict().items()
-    }
-    return json.dumps({"conditions": conditions._asdict(), "numbers": rounded}) + "\n"
+def observed(conditions: Conditions) -> Run:
+    """A run, for the file."""
+    return Run(conditions, run(conditions))
 
 
 def table(runs: Mapping[Conditions, Numbers]) -> Iterator[str]:
@@ -223,25 +222,26 @@ def _largest(values: list[float | None], factor: float) -> str:
     return f"{factor * max(present):.2f}" if present else "-"
 
 
-def main() -> None:
+def main() -> int:
     """Make the runs that are missing and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--keep", type=Path, default=Path("references.jsonl"), help="file of runs")
+    parser = campaign_parser(__doc__, KEPT)
+    parser.set_defaults(keep=Path(KEPT))
     parser.add_argument("--seeds", type=int, default=20, help="runs for each condition")
     parser.add_argument("--motion", choices=tuple(MOTIONS), help="of this motion only")
-    arguments = parser.parse_args()
-    runs = kept(arguments.keep)
-    whole = not arguments.keep.exists() or arguments.keep.read_text().endswith("\n")
-    with arguments.keep.open("a") as file:
-        file.write("" if whole else "\n")
-        for conditions in grid(arguments.seeds):
-            if conditions in runs or arguments.motion not in (None, conditions.motion):
-                continue
-            runs[conditions] = run(conditions)
-            file.write(_line(conditions, runs[conditions]))
-            file.flush()
-    print("\n".join(table(runs)))
+    options = parser.parse_args()
+    workers = backend(options)
+    kept = FILE.open(options.keep, None)
+    engine.carry_out(
+        [each for each in grid(options.seeds) if options.motion in (None, each.motion)],
+        lambda left: engine.run(observed, left, workers),
+        kept,
+        what="runs",
+        job_key=lambda conditions: conditions,
+        result_key=lambda result: result.conditions,
+    )
+    print("\n".join(table({each.conditions: each.numbers for each in kept.results})))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    exit_with(main)

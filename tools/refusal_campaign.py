@@ -7,18 +7,17 @@ with the time that was asked for and with the longest the mode allows. Results a
 seeds already in it are not looked at again.
 """
 
-import argparse
-import multiprocessing
-import sys
-from pathlib import Path
+from contextlib import closing
 
+from campaign_options import backend, campaign_parser, exit_with
 from random_programs.draw import MIX_NUMBER, draw
 from random_programs.refusals import FILE, KEPT, Refusal
 from random_programs.results import Conditions
 from random_programs.trial import PERIOD_S, Trial
 
 from rfms_can.arm import ARMS, arm_by_name
-from rfms_can.errors import RfmsError
+from rfms_can.engine import Backend, Kept, Progress, run
+from rfms_can.engine.signals import sigterm_interrupts
 
 
 def one(job: tuple[str, int]) -> Refusal:
@@ -31,39 +30,45 @@ def one(job: tuple[str, int]) -> Refusal:
     return Refusal(name, seed, words, trial.due or "")
 
 
+def look(wanted: int, kept: Kept[Conditions, Refusal], workers: Backend) -> list[Refusal]:
+    """Refusals, seed by seed, until there are as many as are wanted."""
+    refused = [each for each in kept.results if each.why]
+    if len(refused) >= wanted:
+        return refused
+    done = {(each.a, each.s) for each in kept.results}
+    jobs = ((arm, seed) for seed in range(100 * wanted) for arm in ARMS)
+    left = (job for job in jobs if job not in done)
+    with (
+        sigterm_interrupts(),
+        Progress("refusals", wanted, len(refused)) as progress,
+        closing(run(one, left, workers, in_order=True)) as results,
+    ):
+        for result in results:
+            kept.add(result)
+            if not result.why:
+                continue
+            refused.append(result)
+            if not result.due:
+                progress.say(f"not due: {result.a} {result.s}: {result.why}")
+            progress.advance()
+            if len(refused) >= wanted:
+                break
+    return refused
+
+
 def main() -> int:
     """Look at refusals until there are enough, and count; 1 if one was not due."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = campaign_parser(__doc__, KEPT)
     parser.add_argument("--refusals", type=int, default=20, help="to look at")
-    parser.add_argument("--workers", type=int, default=1, help="processes")
-    parser.add_argument("--keep", type=Path, help=f"file of results, e.g. {KEPT}")
     options = parser.parse_args()
-    if options.refusals < 1 or options.workers < 1:
-        parser.error(f"--refusals {options.refusals}, --workers {options.workers}: at least 1")
+    if options.refusals < 1:
+        parser.error(f"--refusals {options.refusals}: give at least 1")
     conditions = Conditions(1.0 / PERIOD_S, MIX_NUMBER)
-    try:
-        results = FILE.read(options.keep, conditions)[1] if options.keep else []
-    except RfmsError as error:
-        print(f"refusal_campaign.py: {error}", file=sys.stderr)
-        return 1
-    done = {(each.a, each.s) for each in results}
-    jobs = ((arm, seed) for seed in range(100 * options.refusals) for arm in ARMS)
-    refused = [each for each in results if each.why]
-    with multiprocessing.Pool(options.workers) as pool:
-        if len(refused) < options.refusals:
-            for result in pool.imap(one, (job for job in jobs if job not in done)):
-                if options.keep:
-                    FILE.append(options.keep, conditions, result)
-                refused += [result] if result.why else []
-                if result.why and not result.due:
-                    print(f"not due: {result.a} {result.s}: {result.why}", file=sys.stderr)
-                if len(refused) >= options.refusals:
-                    break
-        pool.terminate()
+    refused = look(options.refusals, FILE.open(options.keep, conditions), backend(options))
     due = sum(bool(each.due) for each in refused)
     print(f"{due} of {len(refused)} refusals were due")
     return int(due < len(refused))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

@@ -8,29 +8,25 @@ falls silent. Results are kept in a file; runs already in it are not made again.
 """
 
 import argparse
-import multiprocessing
-import sys
-from pathlib import Path
 
-from servoing.results import KEPT, Conditions, append, read
+from campaign_options import backend, campaign_parser, exit_with
+from servoing.results import FILE, KEPT, Conditions
 from servoing.scene import draw
 from servoing.table import broken, summary
 from servoing.trial import PERIOD_S, Result, Servoing
 
 from rfms_can.arm import ARMS, arm_by_name
-from rfms_can.errors import RfmsError
+from rfms_can.engine import carry_out, run
 
 
 def arguments() -> argparse.Namespace:
     """Command-line arguments."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = campaign_parser(__doc__, KEPT)
     parser.add_argument("--arm", action="append", choices=ARMS, help="repeatable; both if absent")
     parser.add_argument("--seeds", type=int, default=50, help="runs of each arm")
-    parser.add_argument("--workers", type=int, default=1, help="processes")
-    parser.add_argument("--keep", type=Path, help=f"file of results, e.g. {KEPT}")
     options = parser.parse_args()
-    if options.seeds < 1 or options.workers < 1:
-        parser.error(f"--seeds {options.seeds}, --workers {options.workers}: give at least 1")
+    if options.seeds < 1:
+        parser.error(f"--seeds {options.seeds}: give at least 1")
     return options
 
 
@@ -45,25 +41,19 @@ def main() -> int:
     """Make what is missing, and print the table; 1 if a promise was broken."""
     options = arguments()
     conditions = Conditions(1.0 / PERIOD_S)
-    try:
-        results = read(options.keep, conditions)[1] if options.keep else []
-    except RfmsError as error:
-        print(f"servoing_campaign.py: {error}", file=sys.stderr)
-        return 1
-    wanted = [(arm, seed) for seed in range(options.seeds) for arm in options.arm or ARMS]
-    done = {(each.arm, each.seed) for each in results}
-    with multiprocessing.Pool(options.workers) as pool:
-        for result in pool.imap(one, [job for job in wanted if job not in done]):
-            results.append(result)
-            if options.keep:
-                append(options.keep, conditions, result)
-            if broken(result):
-                print(result, file=sys.stderr)
-    chosen = set(wanted)
-    kept = [each for each in results if (each.arm, each.seed) in chosen]
-    print(summary(kept, conditions))
-    return int(any(map(broken, kept)))
+    workers = backend(options)
+    results = carry_out(
+        [(arm, seed) for seed in range(options.seeds) for arm in options.arm or ARMS],
+        lambda left: run(one, left, workers),
+        FILE.open(options.keep, conditions),
+        what="runs",
+        job_key=lambda job: job,
+        result_key=lambda result: (result.arm, result.seed),
+        remark=lambda result: str(result) if broken(result) else "",
+    )
+    print(summary(results, conditions))
+    return int(any(map(broken, results)))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    exit_with(main)

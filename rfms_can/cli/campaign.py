@@ -5,10 +5,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from rfms_can.cli.options import JsonOption
+from rfms_can.cli.options import ClusterOption, JsonOption, KeepOption, WorkersOption
 from rfms_can.compliance import ControlLaw
 from rfms_can.errors import RfmsError
 
@@ -39,12 +37,9 @@ def campaign(
         typer.Option(help="largest tilt, degrees; 0.5 with an open loop, 1 with a closed one"),
     ] = None,
     dither: Annotated[float, typer.Option(help="fraction of the friction, 0 to 1")] = 0.9,
-    workers: Annotated[
-        int | None, typer.Option(help="processes; one for each processor if absent")
-    ] = None,
-    keep: Annotated[
-        Path | None, typer.Option(help="file of results; runs already in it are not repeated")
-    ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    keep: KeepOption = None,
     program: Annotated[
         Path | None, typer.Option(help="program of the insertion; the demo's if absent")
     ] = None,
@@ -52,15 +47,16 @@ def campaign(
 ) -> None:
     """Insert the peg with drawn misalignments, and compare the laws on the same ones."""
     from rfms_can.analysis.campaign.conditions import Conditions
-    from rfms_can.analysis.campaign.job import FRICTIONS, TASKS, Insertion, groups_of
-    from rfms_can.analysis.campaign.results import Results
+    from rfms_can.analysis.campaign.job import FRICTIONS, TASKS, groups_of
+    from rfms_can.analysis.campaign.results import RESULTS
     from rfms_can.analysis.campaign.runs import jobs_of, run_all
     from rfms_can.analysis.campaign.summary import rows_of
     from rfms_can.cli.campaign_report import print_campaign
     from rfms_can.cli.demo import demo_program
+    from rfms_can.engine import backend_of
     from rfms_can.rig.program import load_program
 
-    _check(seeds, loop or [], offset, tilt, dither, workers)
+    _check(seeds, loop or [], offset, tilt, dither)
     tasks = [
         task._replace(
             offset_mm=task.offset_mm if offset is None else offset,
@@ -76,14 +72,8 @@ def campaign(
     path = program or demo_program()
     load_program(path)
     conditions = Conditions.of(path, dither)
-    results = Results(conditions, keep)
-    with _progress() as progress:
-        bar = progress.add_task("peg in hole", total=len(jobs))
-
-        def done(_: Insertion) -> None:
-            progress.advance(bar)
-
-        runs = run_all(jobs, path, results, processes=workers or os.cpu_count() or 1, done=done)
+    backend = backend_of(workers, cluster, default=os.cpu_count() or 1)
+    runs = run_all(jobs, path, RESULTS.open(keep, conditions), backend)
     print_campaign(conditions, rows_of(runs), as_json=as_json)
 
 
@@ -93,11 +83,9 @@ def _check(
     offset: float | None,
     tilt: float | None,
     dither: float,
-    workers: int | None,
 ) -> None:
-    for name, number in (("seeds", seeds), ("workers", workers)):
-        if number is not None and number < 1:
-            raise RfmsError(f"{name} {number}: give one or more")
+    if seeds < 1:
+        raise RfmsError(f"seeds {seeds}: give one or more")
     for loop in loops:
         if loop not in LOOPS:
             raise RfmsError(f"loop {loop!r}: it is open or closed")
@@ -108,13 +96,3 @@ def _check(
     ):
         if value is not None and not 0.0 <= value <= bound:
             raise RfmsError(f"{name} {value:g} is not in 0..{bound:g}")
-
-
-def _progress() -> Progress:
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-    )

@@ -16,6 +16,7 @@ from rfms_can.arm import ARMS, FRICTION_SETS
 from rfms_can.bus.url import GRAMMAR
 from rfms_can.compliance import LAWS
 from rfms_can.dynamics.model import KINDS
+from rfms_can.engine.backends import CLUSTER_HELP, KEEP_HELP, WORKERS_HELP
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import CLOCKS
 from rfms_can.plant.scene.catalogue import SCENES
@@ -91,6 +92,12 @@ ConfigOption = Annotated[
     Path | None, typer.Option("--config", help="TOML file with a [run] table; default rfms.toml")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="one JSON object instead of a table")]
+
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", help=f"{WORKERS_HELP}; one for each processor if absent")
+]
+ClusterOption = Annotated[str | None, typer.Option("--cluster", help=CLUSTER_HELP)]
+KeepOption = Annotated[Path | None, typer.Option("--keep", help=KEEP_HELP)]
 
 RecordOption = Annotated[
     Path | None, typer.Option("--record", help="directory for log, settings and summary")

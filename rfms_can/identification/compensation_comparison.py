@@ -8,13 +8,13 @@ from typing import Final, NamedTuple
 from rfms_can.arm.calibration import Calibration, save_calibration
 from rfms_can.compliance import ControlLaw
 from rfms_can.dynamics.model import FULL, NONE, SIMPLIFIED
-from rfms_can.errors import FaultError
+from rfms_can.engine import Processes, run
+from rfms_can.errors import FaultError, JobError
 from rfms_can.identification.experiments.actions import Tour, program_of
 from rfms_can.identification.experiments.plan import fast_tour
 from rfms_can.rig.result import JointResult
 from rfms_can.rig.runner import execute
 from rfms_can.rig.settings import RunSettings
-from rfms_can.rig.workers import workers
 
 
 class Tracking(NamedTuple):
@@ -67,12 +67,22 @@ def compare(runs: Mapping[str, RunSettings], jobs: int = 1, attach: bool = False
 
     Raises:
         FaultError: a fault halted one of the runs.
+        JobError: one of them failed otherwise.
     """
     tasks = list(runs.items())
     if jobs > 1 and all(settings.simulated for settings in runs.values()):
-        with workers(jobs) as pool:
-            return pool.map(_run, tasks, chunksize=1)
+        try:
+            return list(run(_run, tasks, Processes(jobs), in_order=True, name=_name))
+        except JobError as error:
+            cause = error.__cause__
+            if isinstance(cause, FaultError):  # it names the compensation itself
+                raise cause from None
+            raise
     return [_run(task, attach) for task in tasks]
+
+
+def _name(task: tuple[str, RunSettings]) -> str:
+    return task[0]
 
 
 def _run(task: tuple[str, RunSettings], attach: bool = False) -> Tracking:

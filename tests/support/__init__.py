@@ -22,6 +22,7 @@
 ``plain_node``         the node's handbook once more, line for line: a joint by its formulas alone
 ``wire_messages``      every message of the wire contract, values for it, cantools' word on it
 ``conform``            the conformance suite on nodes of this process
+``dask_cluster``       a Dask scheduler and workers on this machine, as users start them
 ``programs``           programs as files, moves drawn at random
 =====================  =============================================================================
 """

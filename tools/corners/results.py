@@ -2,9 +2,8 @@
 
 from typing import Final, NamedTuple
 
-from kept_results import KeptResults
-
 from corners.run import Result
+from rfms_can.engine import ResultFile
 
 KEPT: Final = "docs/data/corner_campaign.jsonl"
 """The campaign that docs/corners.md tells of."""
@@ -17,5 +16,5 @@ class Conditions(NamedTuple):
     rate: float
 
 
-_FILE: Final = KeptResults("corners", "tools/corner_campaign.py", Conditions, Result)
-read, append = _FILE.read, _FILE.append
+FILE: Final = ResultFile("corners", "tools/corner_campaign.py", Conditions, Result)
+read = FILE.read

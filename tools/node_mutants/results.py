@@ -2,11 +2,10 @@
 
 from typing import Final, NamedTuple
 
-from kept_results import KeptResults
-
 from node_mutants.in_runs import Ended
 from node_mutants.mutant import Mutant
 from node_mutants.trial import Fate
+from rfms_can.engine import ResultFile
 
 KEPT: Final = "docs/data/mutant_campaign.jsonl"
 KEPT_HELD_OUT: Final = "docs/data/mutant_held_out.jsonl"
@@ -89,7 +88,6 @@ class Run(NamedTuple):
         return cls(mutant.name, mutant.kind, joint, *ended)
 
 
-_SUITE: Final = KeptResults("mutants", "tools/mutant_campaign.py", Conditions, Tried)
-_RUNS: Final = KeptResults("runs", "tools/mutant_campaign.py --runs", RunConditions, Run)
-read, append = _SUITE.read, _SUITE.append
-read_runs, append_run = _RUNS.read, _RUNS.append
+SUITE: Final = ResultFile("mutants", "tools/mutant_campaign.py", Conditions, Tried)
+RUNS: Final = ResultFile("runs", "tools/mutant_campaign.py --runs", RunConditions, Run)
+read, read_runs = SUITE.read, RUNS.read

@@ -1,9 +1,8 @@
 """A mutant against the conformance suite, in a process of its own, which may hang or raise."""
 
 import gc
-import multiprocessing
-import multiprocessing.connection
 import os
+import pickle
 import resource
 import signal
 from collections.abc import Callable, Iterable
@@ -108,31 +107,37 @@ def _asked(mutant: Mutant | None) -> Iterable[tuple[int, list[Check]]]:
 
 
 def apart(call: Callable[[], Answer], cpu_s: int = CPU_S) -> Answer | None:
-    """``call`` in a process of its own; None if it has used up ``cpu_s`` of processor time."""
-    receiver, sender = multiprocessing.get_context("fork").Pipe(duplex=False)
-    process = multiprocessing.get_context("fork").Process(
-        target=_answer, args=(sender, call, cpu_s)
-    )
-    process.start()
-    sender.close()
+    """``call`` in a process of its own; None if it has used up ``cpu_s`` of processor time.
+
+    By ``os.fork``: the workers of a cluster are daemons, which multiprocessing gives no children.
+    """
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.close(reader)
+            _answer(writer, call, cpu_s)
+        finally:
+            os._exit(1)
+    os.close(writer)
+    with os.fdopen(reader, "rb") as pipe:
+        answer = pipe.read()
+    os.waitpid(child, 0)
     try:
-        answer: Answer | None = receiver.recv()
-    except EOFError:
-        answer = None
-    process.join()
-    return answer
+        made: Answer = pickle.loads(answer)
+    except (EOFError, pickle.UnpicklingError):
+        return None
+    return made
 
 
-def _answer(
-    sender: "multiprocessing.connection.Connection", call: Callable[[], Answer], cpu_s: int
-) -> None:
+def _answer(writer: int, call: Callable[[], Answer], cpu_s: int) -> None:
     gc.disable()  # the parent's objects are not to be copied
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
     signal.signal(signal.SIGXCPU, lambda *_: os._exit(1))
     memory = 4 << 30
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    sender.send(call())
-    sender.close()
+    with os.fdopen(writer, "wb") as pipe:
+        pipe.write(pickle.dumps(call()))
 
 
 def fate_of(mutant: Mutant | None) -> Fate:

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from generated import table
-from kept_results import KeptResults
 
 from random_programs.results import Conditions
+from rfms_can.engine import ResultFile
 
 KEPT: Final = "docs/data/refusal_campaign.jsonl"
 """The campaign that docs/random-programs.md tells of."""
@@ -28,7 +28,7 @@ class Refusal(NamedTuple):
     due: str
 
 
-FILE: Final = KeptResults("refusals", "tools/refusal_campaign.py", Conditions, Refusal)
+FILE: Final = ResultFile("refusals", "tools/refusal_campaign.py", Conditions, Refusal)
 
 FOUND: Final = {
     "no path": "a pose of its path has no solution, or a joint leaps",

@@ -2,9 +2,8 @@
 
 from typing import Final, NamedTuple
 
-from kept_results import KeptResults
-
 from random_programs.trial import Result
+from rfms_can.engine import ResultFile
 
 KEPT: Final = "docs/data/program_campaign.jsonl"
 """The campaign that docs/random-programs.md tells of."""
@@ -63,5 +62,5 @@ class Brief(NamedTuple):
         )
 
 
-_FILE: Final = KeptResults("programs", "tools/program_campaign.py", Conditions, Brief)
-read, append = _FILE.read, _FILE.append
+FILE: Final = ResultFile("programs", "tools/program_campaign.py", Conditions, Brief)
+read = FILE.read

@@ -2,8 +2,7 @@
 
 from typing import Final, NamedTuple
 
-from kept_results import KeptResults
-
+from rfms_can.engine import ResultFile
 from servoing.trial import Result
 
 KEPT: Final = "docs/data/servoing_campaign.jsonl"
@@ -16,5 +15,5 @@ class Conditions(NamedTuple):
     rate: float
 
 
-_FILE: Final = KeptResults("runs", "tools/servoing_campaign.py", Conditions, Result)
-read, append = _FILE.read, _FILE.append
+FILE: Final = ResultFile("runs", "tools/servoing_campaign.py", Conditions, Result)
+read = FILE.read

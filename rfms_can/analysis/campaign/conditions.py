@@ -102,19 +102,6 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             digest=hashlib.sha256(text).hexdigest()[:12],
         )
 
-    def check(self, others: "Conditions", where: Path) -> None:
-        """Refuse to mix results of different conditions.
-
-        Raises:
-            RfmsError: they differ; the message names the difference.
-        """
-        for name in self.__struct_fields__:
-            ours, theirs = getattr(self, name), getattr(others, name)
-            if ours != theirs:
-                raise RfmsError(
-                    f"{where} holds runs with {name} {theirs}, not {ours}: give another --keep"
-                )
-
     @property
     def lines(self) -> list[str]:
         """As text."""
@@ -139,20 +126,6 @@ class Conditions(msgspec.Struct, frozen=True, kw_only=True):
             f"ignored; without contact, below {self.touch[0]:g} N and {self.touch[3]:g} N m, the "
             f"integral decays within {self.forget_s:g} s",
         ]
-
-
-def conditions_of(line: bytes, where: Path) -> Conditions:
-    """The first line of a file of results.
-
-    Raises:
-        RfmsError: it is not.
-    """
-    try:
-        return msgspec.json.decode(line, type=Conditions)
-    except msgspec.DecodeError as error:
-        raise RfmsError(
-            f"{where} is not a campaign file: its first line has no conditions ({error})"
-        ) from error
 
 
 def as_plain(conditions: Conditions) -> dict[str, Any]:

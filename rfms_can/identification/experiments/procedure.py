@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple, Protocol
 
-from rfms_can.errors import FaultError
+from rfms_can.engine import Processes, run
+from rfms_can.errors import FaultError, JobError
 from rfms_can.identification.compensation_comparison import LAW
 from rfms_can.identification.experiments.actions import Mark, program_of
 from rfms_can.identification.experiments.data import (
@@ -25,7 +26,6 @@ from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig, Session
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.rig.workers import workers
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 
@@ -97,6 +97,7 @@ def run_all(
     Raises:
         DataError: existing data do not match.
         FaultError: a fault halted an experiment.
+        JobError: an experiment failed otherwise, in a process of its own.
         KeyboardInterrupt: ``interrupted`` returned True.
     """
     found: dict[str, Data] = {}
@@ -127,38 +128,40 @@ def _by_itself(
     return data
 
 
-LOOK_S: Final = 0.2
-"""Period of the check for an interrupt while other processes work, s."""
-
-
 def _side_by_side(
     tasks: Sequence[Task], watcher: Watcher, jobs: int, interrupted: Callable[[], bool]
 ) -> dict[str, Data]:
     found: dict[str, Data] = {}
-    with workers(min(jobs, len(tasks))) as pool:
-        waiting = {task.experiment.name: pool.apply_async(_work, (task,)) for task in tasks}
-        while waiting:
-            for task in tasks:
-                name = task.experiment.name
-                if name in waiting and waiting[name].ready():
-                    waiting.pop(name).get()
-                    data = load(task.path, task.digest)
-                    if data is None:
-                        raise DataError(
-                            f"data {task.path}: removed while the experiments ran; run them again"
-                        )
-                    found[name] = data
-                    watcher.end(task.experiment, False)
-            if interrupted():
-                raise KeyboardInterrupt
-            if waiting:
-                next(iter(waiting.values())).wait(LOOK_S)
+
+    def tick() -> None:
+        if interrupted():
+            raise KeyboardInterrupt
+
+    try:
+        for task in run(_work, tasks, Processes(min(jobs, len(tasks))), name=_name, tick=tick):
+            data = load(task.path, task.digest)
+            if data is None:
+                raise DataError(
+                    f"data {task.path}: removed while the experiments ran; run them again"
+                )
+            found[task.experiment.name] = data
+            watcher.end(task.experiment, False)
+    except JobError as error:
+        cause = error.__cause__
+        if isinstance(cause, DataError | FaultError):  # it names the experiment itself
+            raise cause from None
+        raise
     return found
 
 
-def _work(task: Task) -> None:
+def _name(task: Task) -> str:
+    return task.experiment.name
+
+
+def _work(task: Task) -> Task:
     data = run_one(task)
     save(task.path, data, task.digest)
+    return task
 
 
 def run_one(
