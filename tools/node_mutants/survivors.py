@@ -95,6 +95,82 @@ SURVIVED_FOR: Final[dict[str, tuple[str, str]]] = {
         EQUIVALENT,
         "no float32 is 1e-5 beyond another in binary64: no angle of JOINT_SETPOINT meets the bound",
     ),
+    "joint_nodes/controller.py:447:8 deletion pass": (
+        EQUIVALENT,
+        "the first cycle of homing resets the watch again, and none asks it before",
+    ),
+    "setpoint/joint.py:200:16 deletion pass": (
+        GAP,
+        "no trace has a START within ten periods of a Cartesian transition out of a joint segment",
+    ),
+    "joint_nodes/controller.py:166:48 constant (-1.0)": (
+        EQUIVALENT,
+        "each sample sets speed and torque, and homing the angle, before they are asked",
+    ),
+    "joint_nodes/field_node.py:292:36 constant 0": (
+        EQUIVALENT,
+        "what is ignored is counted for people at the node, not on the bus",
+    ),
+    "joint_nodes/field_node.py:163:8 deletion pass": (
+        EQUIVALENT,
+        "only SYNC asks the time, and brings its own",
+    ),
+    "joint_nodes/field_node.py:287:63 constant 0": (
+        EQUIVALENT,
+        "what is ignored is counted for people at the node, not on the bus",
+    ),
+    "kinematics/closed_form.py:102:37 boundary squared >= 0.0": (
+        EQUIVALENT,
+        "the root of 0 is 0",
+    ),
+    "joint_nodes/controller.py:168:8 deletion pass": (
+        EQUIVALENT,
+        "START sets the displacement before any stop has one",
+    ),
+    "joint_nodes/controller.py:167:21 constant 1.0": (
+        EQUIVALENT,
+        "START sets the bias to 0 before any torque has one",
+    ),
+    "joint_nodes/controller.py:264:32 arithmetic self.speed * self._period / cycles": (
+        GAP,
+        "no check has an encoder leap in the cycle after a lost one",
+    ),
+    "joint_nodes/state_actions.py:66:68 constant False": (
+        GAP,
+        "no check takes a joint out of its range while it stops",
+    ),
+    "node/endpoint.py:92:11 branch False": (
+        EQUIVALENT,
+        "no bus hands a node an identifier that it does not accept",
+    ),
+    "joint_nodes/controller.py:171:28 constant 1": (
+        EQUIVALENT,
+        "the SYNCs of homing have set it to 0 before any cycle is counted",
+    ),
+    "joint_nodes/friction.py:132:93 constant (-1.0)": (
+        EQUIVALENT,
+        "RATE_PER_CODE is never 0, so neither is the speed that counts as moving",
+    ),
+    "joint_nodes/servo.py:406:41 swap min(state.transfer, step)": (
+        EQUIVALENT,
+        "the lesser of two is the same in any order",
+    ),
+    "joint_nodes/servo.py:201:34 swap _dot(rates, rows.inertia_row)": (
+        EQUIVALENT,
+        "a product of two vectors is the same in any order",
+    ),
+    "joint_nodes/ladder.py:54:36 constant 2": (
+        EQUIVALENT,
+        "what happens at once goes to the one step of its ladder, whatever its count",
+    ),
+    "joint_nodes/stop_ramp.py:38:28 constant (-1.0)": (
+        EQUIVALENT,
+        "each cycle steps the ramp before it asks its acceleration",
+    ),
+    "joint_nodes/field_node.py:140:29 constant True": (
+        EQUIVALENT,
+        "it is asked where the last SYNC said that the bus drives: then one has come",
+    ),
 }
 
 MISSED: Final[dict[str, str]] = {}
