@@ -5,13 +5,14 @@ A few variants whose rows are met stand for all: the campaign has the rest (``do
 
 import pytest
 
+from rfms_can.arm import ARMS
 from rfms_can.faults import catalogue
 from rfms_can.faults.catalogue import INJECTORS, Injector
 from rfms_can.faults.context import Seam
 from rfms_can.faults.judge import problems
 from rfms_can.faults.table import ROWS, Expected, State, Variant
 from rfms_can.faults.trial import Result, Trial, groups, made_of, result_of, watch_trial
-from rfms_can.faults.warm import ARMS, SLOWEST, WarmSystem
+from rfms_can.faults.warm import SLOWEST, WarmSystem
 
 pytestmark = pytest.mark.system
 

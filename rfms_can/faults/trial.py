@@ -150,8 +150,7 @@ def made_of(trials: Sequence[Trial]) -> Iterator[Result]:
     if not trials:
         return
     warm = WarmSystem(trials[0].arm, trials[0].the_variant.state)
-    if warm.state is not State.START:
-        warm.move()
+    warm.begin()
     for trial in sorted(trials, key=lambda t: t.cycle):
         warm.run_to(trial.cycle)
         yield _in_a_fork(trial, warm)

@@ -15,8 +15,6 @@ from rfms_can.rig.session import Session
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
 
-ARMS: Final = ("puma260", "puma560")
-"""Arms of the campaign."""
 FASTEST: Final = 0.55
 """Of the motion, over each joint's speed limit."""
 SLOWEST: Final = 0.3
@@ -70,6 +68,11 @@ class WarmSystem:
         self.session = Session(self.rig, keep=True)
         self.program = Program(self.session.link, Moves())
         self._begun = 0
+
+    def begin(self) -> None:
+        """Let it do what its state says."""
+        if self.state is not State.START:
+            self.move()
 
     def move(self) -> None:
         """Bring the arm up, take it to the near end, and let it go to and fro from there."""
