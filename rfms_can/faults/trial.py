@@ -25,6 +25,11 @@ WATCHED: Final = {True: 150, False: 300}
 """Cycles that a trial is watched: where the motion has to go on, and where it has to end."""
 
 
+def drawn_by(words: str) -> random.Random:
+    """Random numbers that words stand for, the same on every machine."""
+    return random.Random(words)
+
+
 class Trial(NamedTuple):
     """A trial that can be made.
 
@@ -55,7 +60,7 @@ class Trial(NamedTuple):
     @property
     def draw(self) -> random.Random:
         """New random numbers of the trial."""
-        return random.Random(f"{self.row}:{self.variant}:{self.arm}:{self.seed}")
+        return drawn_by(f"{self.row}:{self.variant}:{self.arm}:{self.seed}")
 
     @property
     def cycle(self) -> int:

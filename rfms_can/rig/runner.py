@@ -9,7 +9,7 @@ from rfms_can.bus.budget import Cycle, budget
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import FaultError
 from rfms_can.rig.candump import CandumpWriter
-from rfms_can.rig.processes import OTHERS, ProcessRig
+from rfms_can.rig.processes import OTHERS, Front, ProcessRig, as_made
 from rfms_can.rig.record import Record
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.session import Program, Progress, Rig, Session
@@ -43,6 +43,7 @@ def execute(
     interrupted: Callable[[], bool] = lambda: False,
     program_runs: Callable[[bool], None] = lambda _: None,
     terms: bool = False,
+    front: Front = as_made,
 ) -> Outcome:
     """Run a program.
 
@@ -56,6 +57,7 @@ def execute(
         interrupted: whether the program is to end; called while it waits.
         program_runs: told where a signal may raise at once; see ``ProgramLink``.
         terms: record the terms of the joints' torques as well.
+        front: what stands in front of each node where nodes are processes.
 
     Raises:
         SettingsError: the simulated bus is too slow for the rate, or terms cannot be recorded.
@@ -68,7 +70,7 @@ def execute(
             f"bus {settings.bus}, {'no directory' if record is None else f'directory {record}'}"
         )
     run_record = None if record is None else Record(record)
-    rig, writer = make_rig(settings, run_record, attach)
+    rig, writer = make_rig(settings, run_record, attach, front)
     try:
         if terms and isinstance(rig, SimulatedRig):
             rig.record_terms()
@@ -119,12 +121,13 @@ def complete_record(session: Session, settings: RunSettings, run_record: Record 
 
 
 def make_rig(
-    settings: RunSettings, run_record: Record | None, attach: bool
+    settings: RunSettings, run_record: Record | None, attach: bool, front: Front = as_made
 ) -> tuple[Rig, CandumpWriter | None]:
     """The nodes on the bus of the settings, and the log writer where no process records."""
     if not settings.simulated:
         elsewhere = frozenset(OTHERS) if attach else frozenset()
-        return ProcessRig(settings, None if run_record is None else run_record.log, elsewhere), None
+        log = None if run_record is None else run_record.log
+        return ProcessRig(settings, log, elsewhere, front), None
     rig = SimulatedRig(settings)
     if run_record is None:
         return rig, None
