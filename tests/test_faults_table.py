@@ -40,7 +40,6 @@ def test_what_has_no_injector_yet_is_named_so() -> None:
     assert {
         "wall_clock",
         "singular_line",
-        "malformed_command",
         "full_disk",
     } == WITHOUT_INJECTOR
     assert {v.injector for _, v in ALL if v.name in WITHOUT_INJECTOR} == {None}

@@ -258,6 +258,7 @@ INJECTORS: Final[dict[str, Injector]] = {
     "ask_no_rotation": _asks("a transform that is no rotation", requests.no_rotation),
     "redefine_position": _asks("a goal is redefined out of range", requests.redefined_position),
     "redefine_mode": _asks("a mode is redefined too fast", requests.redefined_mode),
+    "ask_malformed": _asks("messages that are none", requests.malformed),
     "ask_too_many": _asks("more moves than the queue takes", requests.too_many),
     "second_master": _rig(MASTER, "a second master is switched on", stations.second_master),
     "foreign_sync": _rig(MASTER, "a stranger sends SYNC", stations.foreign_sync),

@@ -3,13 +3,20 @@
 from collections.abc import Callable
 from typing import Final
 
-from rfms_can.errors import RfmsError
+import msgspec
+
+from rfms_can.errors import LinkError, RfmsError
 from rfms_can.faults.site import Site
+from rfms_can.master.server.core import Server
+from rfms_can.messages import MAX_BYTES, Reply
 from rfms_can.transform import Transform
 
 FAR_M: Final = 10.0
 """Out of any arm's reach, m; out of any joint's range, rad."""
 TOO_SHORT_S: Final = 0.05
+"""No segment can be made in this time, s."""
+GARBAGE_BYTES: Final = 200
+_PEER: Final = b"trial"
 MOVES: Final = 300
 """More moves than any queue takes."""
 
@@ -42,6 +49,30 @@ def too_many(site: Site) -> None:
     arm = site.program
     for _ in range(MOVES):
         arm.move(site.goal, site.mode)
+
+
+def malformed(site: Site) -> None:
+    """Messages to the arm's server that no client of ours sends."""
+    server, draw = Server(site.rig.master), site.context.draw
+    whole = msgspec.msgpack.encode({"type": "move", "session": "x", "serial": 1})
+    refusals = [
+        _answer_to(server, data)
+        for data in (
+            *(b"", draw.randbytes(GARBAGE_BYTES), bytes(MAX_BYTES + 1), b"\x91" * GARBAGE_BYTES),
+            *(whole, whole[: len(whole) // 2], msgspec.msgpack.encode(["move"] * 9)),
+        )
+    ]
+    if all(refusals):
+        raise LinkError("; ".join(refusals))
+
+
+def _answer_to(server: Server, data: bytes) -> str:
+    """Why a message was refused; empty if it was not."""
+    replies = [
+        msgspec.msgpack.decode(out.data, type=Reply) for out in server.receive(_PEER, data, 0)
+    ]
+    refusals = [reply.refusal for reply in replies if reply.refusal is not None]
+    return refusals[0].reason if refusals and len(refusals) == len(replies) else ""
 
 
 def refusal_of(ask: Callable[[Site], None], site: Site) -> str:

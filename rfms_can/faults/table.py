@@ -318,7 +318,7 @@ ROWS: Final[dict[int, Row]] = complete(
         ),
         33: Row(
             *("malformed command", "schema", "0", "error, motion unchanged"),
-            (Variant("malformed_command", 0, _E.REJECTED, injector=None),),
+            (Variant("ask_malformed", 0, _E.REJECTED),),
         ),
         34: Row(
             *("oversize program or queue", "caps", "0", "reject"),
