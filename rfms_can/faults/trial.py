@@ -21,8 +21,11 @@ from rfms_can.faults.warm import FAR, LAST_CYCLE, MODE, WarmSystem
 from rfms_can.faults.watch import Watch
 from rfms_can.wire.nodes import JOINTS
 
-WATCHED: Final = {True: 150, False: 300}
+WATCHED: Final = {True: 100, False: 300}
 """Cycles that a trial is watched: where the motion has to go on, and where it has to end."""
+WATCHED_AT_LEAST: Final = 120
+"""Cycles that an arm is watched which has come to rest: four times the longest bound, and past what
+hung and wakes."""
 
 
 def drawn_by(words: str) -> random.Random:
@@ -146,7 +149,7 @@ def watch_trial(trial: Trial, warm: WarmSystem) -> Watch:
         except FaultError:
             watch.finish()
             return watch
-    watch.run(WATCHED[variant.expected in GOES_ON])
+    watch.run(WATCHED[variant.expected in GOES_ON], WATCHED_AT_LEAST)
     return watch
 
 

@@ -97,8 +97,11 @@ class Watch:
         """Look once more: the last event may have been behind the last frame."""
         self._react()
 
-    def run(self, cycles: int) -> None:
-        """Let the system run, and look at it."""
+    def run(self, cycles: int, at_least: int) -> None:
+        """Let the system run for so many cycles, and look at it.
+
+        An arm that has stopped and is at rest is looked at for ``at_least`` cycles in all.
+        """
         bus, period_ns = self._bus, self._period_ns
         begun_ns = bus.now_ns
         for number in range(cycles):
@@ -106,6 +109,8 @@ class Watch:
                 bus.run_until(begun_ns + number * period_ns + (part + 1) * period_ns // SLICES)
                 self._react()
             self._sample()
+            if number >= at_least and self._stopped_ns and self._still >= STILL_CYCLES:
+                return
 
     # --- at each frame ------------------------------------------------------------------------
 
