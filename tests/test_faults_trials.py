@@ -97,6 +97,17 @@ def test_a_trial_that_breaks_off_is_not_met(
     assert "no such thing" in capfd.readouterr().err
 
 
+def test_a_trial_that_is_interrupted_never_leaves_its_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(catalogue, "_INJECT", dict.fromkeys(Seam, interrupted))
+    (result,) = results([Trial(1, "lose_dac", "puma260", 0)])
+    assert result.problems == ["the trial broke off without a word"]
+
+
 def test_trials_are_grouped_by_arm_and_state() -> None:
     trials = [
         Trial(row, row_.variants[0].name, arm, 0) for arm in ARMS for row, row_ in ROWS.items()

@@ -183,15 +183,21 @@ def _in_a_fork(trial: Trial, warm: WarmSystem) -> Result:
 
 
 def _child(trial: Trial, warm: WarmSystem, writer: int) -> NoReturn:
-    """Make the trial and tell its result; whatever it raises is a trial that was not met."""
+    """Make the trial and tell its result; whatever it raises is a trial that was not met.
+
+    Nothing leaves this function, Ctrl-C included: two processes would go on as one campaign.
+    """
     try:
-        result = result_of(trial, watch_trial(trial, warm).facts())
-    except Exception as error:
-        result = Result(*trial, False, [f"the trial broke off: {type(error).__name__}: {error}"])
-        traceback.print_exc()
-    with open(writer, "wb") as pipe:
-        pipe.write(msgspec.json.encode(result))
-    os._exit(0)
+        try:
+            result = result_of(trial, watch_trial(trial, warm).facts())
+        except Exception as error:
+            why = f"the trial broke off: {type(error).__name__}: {error}"
+            result = Result(*trial, False, [why])
+            traceback.print_exc()
+        with open(writer, "wb") as pipe:
+            pipe.write(msgspec.json.encode(result))
+    finally:
+        os._exit(0)
 
 
 def groups(trials: Iterable[Trial]) -> list[list[Trial]]:
