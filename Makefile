@@ -17,7 +17,8 @@ check: $(VENV)/.installed-dev
 
 # What is made from the wire contract, the state tables and the verbs, in order; a few seconds.
 generated: $(VENV)/.installed-dev
-	@for tool in make_dbc draw_wire draw_states draw_node draw_cli draw_conform draw_link draw_candump; do \
+	@for tool in make_dbc draw_wire draw_states draw_node draw_cli draw_conform draw_link draw_candump \
+	    draw_faults; do \
 	    $(VENV)/bin/python tools/$$tool.py || exit 1; \
 	done
 

@@ -222,6 +222,67 @@ def test_disturbances_lose_alter_delay_and_repeat_frames() -> None:
     assert bus.statistics.error_frames == 0
 
 
+@pytest.mark.parametrize(
+    "disturbance",
+    [
+        Disturbance(lost_at=EVERYONE),
+        Disturbance(data=b"longer than it was"[:12]),
+        Disturbance(data=b"", fd=False),
+        Disturbance(delay_ns=500_000),
+        Disturbance(copies=3),
+    ],
+    ids=["lost", "longer", "classic", "late", "copied"],
+)
+def test_what_a_sender_hears_of_its_own_frame_is_not_disturbed(disturbance: Disturbance) -> None:
+    bus, frame = SimulatedBus(TIMING), Frame(0x123, b"own")
+    bus.disturber = lambda *_: disturbance
+    talker, listener = Talker("talker", [frame], accepts=EVERYTHING), Listener("l", EVERYTHING)
+    for node in (talker, listener):
+        bus.attach(node)
+    bus.run_until(1_000_000)
+    assert talker.heard == [(end_ns(frame), frame)]
+    data = frame.data if disturbance.data is None else disturbance.data
+    delivered = Frame(frame.id, data, disturbance.fd is not False)
+    times = 0 if disturbance.lost_at else 1 + disturbance.copies
+    assert [heard for _, heard in listener.heard] == [delivered] * times
+
+
+def test_a_disturber_can_be_taken_away() -> None:
+    bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)
+    bus.attach(Talker("talker", [Frame(1, b"x")], rounds=2))
+    bus.attach(listener)
+    bus.disturber = lambda *_: Disturbance(lost_at=EVERYONE)
+    bus.run_until(900_000)
+    bus.disturber = None
+    bus.run_until(2_000_000)
+    assert len(listener.heard) == 1
+
+
+def test_a_controller_that_is_switched_off_neither_sends_nor_hears() -> None:
+    bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)
+    off = bus.attach(Talker("off", [Frame(1, b"x")], rounds=3, accepts=EVERYTHING))
+    bus.attach(Talker("on", [Frame(2, b"y")], rounds=3, first_ns=100_000))
+    bus.attach(listener)
+    bus.run_until(500_000)
+    bus.switch_off(off)
+    bus.run_until(5_000_000)
+    assert listener.payloads == [b"x", b"y", b"y", b"y"]
+    assert off.tx_overflow == 2, "its node goes on"
+
+
+def test_another_node_takes_the_place_behind_a_controller() -> None:
+    bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)
+    controller = bus.attach(Listener("node", EVERYTHING))
+    bus.attach(listener)
+    bus.attach(Talker("talker", [Frame(2, b"y")], rounds=2))
+    bus.run_until(500_000)
+    fresh = Talker("node", [Frame(1, b"x")], first_ns=600_000, accepts=EVERYTHING - {1})
+    bus.exchange(controller, fresh)
+    bus.run_until(3_000_000)
+    assert listener.payloads == [b"y", b"x", b"y"]
+    assert fresh.payloads == [b"y"], "what comes from now on"
+
+
 def test_identical_emergency_stops_at_once_are_one_frame_and_both_are_sent() -> None:
     stop = Frame(0x000, b"STOP")
     bus, listener = SimulatedBus(TIMING), Listener("listener", EVERYTHING)

@@ -10,7 +10,8 @@ from support.command_line import Rfms, run_here
 
 from rfms_can.bus.hub.port import HubPort
 from rfms_can.bus.hub.server import Hub
-from rfms_can.cli.conform import SWITCH_ON, chosen, is_simulated
+from rfms_can.bus.url import is_simulated
+from rfms_can.cli.conform import SWITCH_ON, chosen
 from rfms_can.conform import tester
 from rfms_can.conform.table import CHECKS, Kind
 from rfms_can.errors import RfmsError

@@ -7,6 +7,7 @@ import draw_campaign
 import draw_cli
 import draw_conform
 import draw_corners
+import draw_faults
 import draw_link
 import draw_link_campaign
 import draw_mutants
@@ -33,7 +34,7 @@ from rfms_can.wire.codec import load_database
         ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),
         *[
             (name, file, render)
-            for pages in (draw_programs.PAGES, draw_mutants.PAGES)
+            for pages in (draw_programs.PAGES, draw_mutants.PAGES, draw_faults.PAGES)
             for file, sections in pages.items()
             for name, render in sections.items()
         ],

@@ -27,12 +27,17 @@ EVERYONE: Final[Container[str]] = _Everyone()
 class Disturbance(msgspec.Struct, frozen=True):
     """Disturbance of one transmission; fields combine, but ``error_at`` ends the transmission.
 
+    What a sender hears of its own frame, its transmit confirmation, is not disturbed: it comes at
+    the end of the frame, once, as it was sent.
+
     Attributes:
         error_at: fraction of the frame (0 to 1) after which an error flag destroys it. The bus
             carries the error frame, all error counters count it, the sender retransmits.
         lost_at: names of receivers that miss the frame, as in a receive overrun: the bus and
             the sender notice nothing.
-        data: payload delivered instead, as by a faulty gateway: CAN's own checksum is valid.
+        data: payload delivered instead, as by a faulty gateway: CAN's own checksum is valid. It
+            may have another length.
+        fd: whether it is delivered as a CAN FD frame or as a classic one; None: as it was sent.
         delay_ns: the receivers get the frame by so much after its end, after frames that were
             sent later.
         copies: number of additional deliveries at the same instant.
@@ -44,6 +49,7 @@ class Disturbance(msgspec.Struct, frozen=True):
     error_at: float | None = None
     lost_at: Container[str] = frozenset()
     data: bytes | None = None
+    fd: bool | None = None
     delay_ns: int = 0
     copies: int = 0
 

@@ -41,12 +41,12 @@ class Medium:
         sending: the frame on the wire; None between frames.
         twins: the same frame, sent by other controllers at the same time.
         disturbance: of the frame on the wire.
+        disturber: asked at the start of each transmission; None if none is.
         end_ns: end of its last bit, or of the error frame that ends it.
         idle_ns: end of the intermission after it.
     """
 
     __slots__ = (
-        "_disturber",
         "_duration_ns",
         "_errors_seen",
         "_failed",
@@ -58,6 +58,7 @@ class Medium:
         "_start_ns",
         "_suspended_until_ns",
         "disturbance",
+        "disturber",
         "end_ns",
         "idle_ns",
         "pending",
@@ -80,7 +81,7 @@ class Medium:
         self.twins: tuple[Entry, ...] = ()
         self.disturbance: Disturbance | None = None
         self.end_ns = self.idle_ns = self._start_ns = start_ns
-        self._disturber = disturber
+        self.disturber = disturber
         self._nominal_ns = timing.nominal_ns
         self._intermission_ns = timing.nominal_ns(INTERMISSION_BITS)
         self._duration_ns: Callable[[Frame], int] = (
@@ -122,8 +123,8 @@ class Medium:
         self.end_ns = self.idle_ns - self._intermission_ns
         if self._failed:
             self._destroy(1.0)
-        elif self._disturber is not None:
-            self.disturbance = self._disturber(now_ns, frame, entry[3].name)
+        elif self.disturber is not None:
+            self.disturbance = self.disturber(now_ns, frame, entry[3].name)
             if self.disturbance is not None and self.disturbance.error_at is not None:
                 self._failed = (entry, *self.twins)
                 self._destroy(self.disturbance.error_at)

@@ -82,6 +82,15 @@ class SimulatedBus:
         """Whether no frame is on the wire and none waits for it."""
         return self._medium.sending is None and not self._medium.pending
 
+    @property
+    def disturber(self) -> Disturber | None:
+        """Called at the start of each transmission; may be set at any time."""
+        return self._medium.disturber
+
+    @disturber.setter
+    def disturber(self, disturber: Disturber | None) -> None:
+        self._medium.disturber = disturber
+
     def reset_statistics(self) -> None:
         """Start new statistics; the object returned before keeps the old counts."""
         self._medium.statistics = BusStatistics(since_ns=self.now_ns)
@@ -108,6 +117,23 @@ class SimulatedBus:
             remaining.index = index
         controller.bus_off = True
         self._medium.drop(controller)
+        self.reroute()
+
+    def switch_off(self, controller: Controller) -> None:
+        """Take a controller off the bus, as its 32nd error in a row does (bus-off).
+
+        Its queue is lost, it neither sends nor receives, and nothing brings it back; its node is
+        called at its deadlines.
+        """
+        controller.bus_off = True
+        self._medium.drop(controller)
+        self.reroute()
+
+    def exchange(self, controller: Controller, node: Node) -> None:
+        """Put another node of the same name behind a controller: another start of it, or one in
+        front of it that sees what it hears and sends."""
+        controller.node = node
+        self._read_deadline(controller)
         self.reroute()
 
     def send(self, controller: Controller, frames: Sequence[Frame]) -> None:
@@ -202,16 +228,19 @@ class SimulatedBus:
         twins = [twin[3] for twin in self._medium.twins]
         disturbance = self._medium.disturbance or Disturbance()
         self._medium.twins, self._medium.disturbance = (), None
-        if disturbance.data is not None:
-            frame = Frame(frame.id, disturbance.data, frame.fd)
+        sent, frame = frame, _delivered(frame, disturbance)
         for observe in self.observers:
             observe(self.now_ns, frame, sender.name)
-        routes = []
+        routes: list[Route] = []
+        echo: list[Route] = []
         for route in receivers(sender, frame.id, self._controllers):
-            if route[0].name in disturbance.lost_at:
+            if route[0] is sender:
+                echo.append(route)
+            elif route[0].name in disturbance.lost_at:
                 route[0].rx_lost += 1
             elif route[0] not in twins:
                 routes.append(route)
+        self._deliver(echo, sent)
         for _ in range(1 + disturbance.copies):
             if disturbance.delay_ns:
                 self._do_later(disturbance.delay_ns, lambda: self._deliver_late(routes, frame))
@@ -253,3 +282,11 @@ class SimulatedBus:
         """Discard the cached routes after a node's acceptance filter has changed."""
         for controller in self._controllers:
             controller.routes.clear()
+
+
+def _delivered(frame: Frame, disturbance: Disturbance) -> Frame:
+    """What the receivers get of a frame."""
+    if disturbance.data is None and disturbance.fd is None:
+        return frame
+    data = frame.data if disturbance.data is None else disturbance.data
+    return Frame(frame.id, data, frame.fd if disturbance.fd is None else disturbance.fd)

@@ -77,6 +77,17 @@ def parse_bus_url(text: str) -> BusUrl:
     return BusUrl(text, interface, channel, _options(text, query) if question else {})
 
 
+def is_simulated(text: str) -> bool:
+    """Whether no motor can hang on a bus: sim, a hub, or a virtual CAN interface.
+
+    Raises:
+        BusError: it violates the grammar.
+    """
+    url = parse_bus_url(text)
+    virtual = url.interface == SOCKETCAN and url.channel.startswith("vcan")
+    return url.interface in (SIM, HUB) or virtual
+
+
 def _options(text: str, query: str) -> dict[str, Option]:
     try:
         pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=True)

@@ -13,6 +13,7 @@ from rfms_can.cli.conform import conform
 from rfms_can.cli.coordinate import coordinate
 from rfms_can.cli.demo import demo
 from rfms_can.cli.doctor import doctor
+from rfms_can.cli.faults import faults
 from rfms_can.cli.hub import hub
 from rfms_can.cli.identify import identify
 from rfms_can.cli.kin import kin
@@ -54,6 +55,7 @@ for _verb in (
     budget,
     stability,
     campaign,
+    faults,
     identify,
     plot,
     doctor,

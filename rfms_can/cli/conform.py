@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from rfms_can.bus.url import GRAMMAR, HUB, SIM, SOCKETCAN, parse_bus_url
+from rfms_can.bus.url import GRAMMAR, SIM, is_simulated, parse_bus_url
 from rfms_can.conform.lines import SETTLE_NS, Line, PortLine, SimulatedLine
 from rfms_can.conform.outcome import Outcome, Verdict
 from rfms_can.conform.report import as_json as json_of
@@ -109,13 +109,6 @@ def chosen(kind: Kind, names: Sequence[str]) -> list[Check]:
         if known[name] not in within:
             raise RfmsError(f"check {name} needs --class {known[name].kind.value}")
     return [check for check in within if check.id in names]
-
-
-def is_simulated(bus: str) -> bool:
-    """Whether no motor can hang on a bus: sim, a hub, or a virtual CAN interface."""
-    url = parse_bus_url(bus)
-    virtual = url.interface == SOCKETCAN and url.channel.startswith("vcan")
-    return url.interface in (SIM, HUB) or virtual
 
 
 def open_line(bus: str, joint: int, wire: Wire) -> Line:

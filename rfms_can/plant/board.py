@@ -7,7 +7,7 @@ bit.
 """
 
 from math import floor, pi, sin
-from typing import Final
+from typing import Final, Protocol
 
 from rfms_can.arm import Arm
 from rfms_can.arm.board_scale import (
@@ -24,6 +24,24 @@ COARSE_WAVES: Final = 3.0
 
 Sample = tuple[int, int, int, bool]
 """Counts since power-up, current ADC, velocity ADC, index seen since the last sample."""
+
+
+class JointBoard(Protocol):
+    """What the plant asks of the board of a joint; see :class:`Board`."""
+
+    latched_index_counts: int | None
+
+    def set_dacs(self, current_code: int, force_code: int = 0, /) -> float:
+        """Write both DACs; return the joint torque that the motor's current makes, Nm."""
+
+    def observe(self, q: float, qd: float) -> None:
+        """Follow the joint to an angle (rad) and a speed (rad/s)."""
+
+    def sample(self) -> Sample:
+        """The values of MEASURE."""
+
+    def coarse(self, q: float) -> int:
+        """Code of the potentiometer at an angle (rad)."""
 
 
 class Board:

@@ -86,6 +86,10 @@ class PlantNode(PortTellingEndpoint):
         """When the plant runs a period without a SYNC."""
         return self._deadline_ns
 
+    def braked(self, index: int) -> bool:
+        """Whether the brake of a board (0 to 6) is closed."""
+        return self._brakes.closed(index)
+
     def _announce(self) -> None:
         self._beat(self.state, config_hash=self._hash)
 

@@ -3,14 +3,14 @@
 No frames and no clock: its owner sets the control period and passes the codes from the bus.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
 from rfms_can.arm import Arm
 from rfms_can.errors import PlantError
 from rfms_can.plant.arm_model import NO_BRAKES, ArmModel
-from rfms_can.plant.board import Sample
+from rfms_can.plant.board import JointBoard, Sample
 from rfms_can.plant.contact_wrench import Contacts
 from rfms_can.plant.jaw import Jaw
 from rfms_can.plant.scene import FREE, Scene, Tool
@@ -102,7 +102,8 @@ class PlantPhysics:
         self._place = scene.place.inverse()
         if initial_q is not None:
             self.model.reset(initial_q)
-        self._boards = variant.boards(self.model.q)
+        self._boards: list[JointBoard] = list(variant.boards(self.model.q))
+        self._seized = [False] * len(self._boards)
         self.jaw = Jaw(arm.gripper, arm.gripper.stroke / 2.0, part_width)
 
     @property
@@ -129,6 +130,8 @@ class PlantPhysics:
             PlantError: MuJoCo warned; the message is its text.
         """
         boards, model, jaw = self._boards, self.model, self.jaw
+        if any(self._seized):
+            brakes = [closed or stuck for closed, stuck in zip(brakes, self._seized, strict=True)]
         torque = [
             board.set_dacs(current, force)
             for board, current, force in zip(
@@ -145,6 +148,19 @@ class PlantPhysics:
         steps, step_s = self._free_steps  # the jaw has no contact with the scene
         for _ in range(steps):
             jaw.step(step_s)
+
+    def exchange_board(self, joint: int, exchange: Callable[[JointBoard], JointBoard]) -> None:
+        """Put another board in the place of that of joint index ``joint``, for trials of faults.
+
+        Args:
+            joint: 0 to 5.
+            exchange: makes it of the board that is there.
+        """
+        self._boards[joint] = exchange(self._boards[joint])
+
+    def seize_brake(self, joint: int) -> None:
+        """Let the brake of joint index ``joint`` hold for good, whatever it is told."""
+        self._seized[joint] = True
 
     def sample(self) -> list[Sample]:
         """Counts, current ADC, velocity ADC and index flag of each joint, for MEASURE."""

@@ -37,6 +37,15 @@ OTHERS: Final = (*JOINTS, GRIPPER, PLANT)
 """Nodes other than the master."""
 
 
+Front = Callable[[Node], Node]
+"""What stands in front of a node: the node itself, or one that sees what it hears and sends."""
+
+
+def as_made(node: Node) -> Node:
+    """Nothing stands in front of it."""
+    return node
+
+
 def make_node(number: int, settings: RunSettings, wire: Wire) -> Node:
     """The node of a number, the master excepted."""
     if number in JOINTS:
@@ -46,11 +55,11 @@ def make_node(number: int, settings: RunSettings, wire: Wire) -> Node:
     return make_plant(settings, wire)
 
 
-def start_node(number: int, settings: RunSettings, wire: Wire) -> Child:
-    """A node in a process of its own."""
+def start_node(number: int, settings: RunSettings, wire: Wire, front: Front = as_made) -> Child:
+    """A node in a process of its own; ``front`` may put another one in front of it."""
 
     def body(stop: Stop) -> None:
-        node = make_node(number, settings, wire)
+        node = front(make_node(number, settings, wire))
         port = open_port(settings.bus, node.accepts, client=node.name)
         try:
             run_node(node, port, stop=stop)
@@ -125,6 +134,7 @@ class ProcessRig:
         settings: of the run.
         record: candump log to write, or None.
         elsewhere: nodes that are started elsewhere: real boards, or other terminals.
+        front: what stands in front of each node, in its process.
 
     Attributes:
         master: the master.
@@ -140,6 +150,7 @@ class ProcessRig:
         settings: RunSettings,
         record: Path | None = None,
         elsewhere: frozenset[int] = frozenset(),
+        front: Front = as_made,
     ) -> None:
         wire = Wire()
         self.children: list[Child] = []
@@ -155,14 +166,15 @@ class ProcessRig:
             if record is not None:
                 self.recorder = Recorder(record, settings)
                 self._recorder.append(self.recorder)
-            self.children = [start_node(n, settings, wire) for n in OTHERS if n not in elsewhere]
+            here = [n for n in OTHERS if n not in elsewhere]
+            self.children = [start_node(n, settings, wire, front) for n in here]
             self.master = make_master(settings, wire)
             self._port = open_master_port(settings, self.master)
         except BaseException:
             self.close()
             raise
         self._statistics = self._port.statistics
-        self._driver = NodeDriver(self.master, self._port)
+        self._driver = NodeDriver(front(self.master), self._port)
         self._look = 0
         self._buried: set[int] = set()  # processes whose end has been a fault already
         self._received = self._begun = 0

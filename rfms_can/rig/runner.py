@@ -9,7 +9,7 @@ from rfms_can.bus.budget import Cycle, budget
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import FaultError, RfmsError
 from rfms_can.rig.candump import CandumpWriter
-from rfms_can.rig.processes import OTHERS, ProcessRig
+from rfms_can.rig.processes import OTHERS, Front, ProcessRig, as_made
 from rfms_can.rig.record import LOG, Record
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.session import Program, Progress, Rig, Session
@@ -54,6 +54,7 @@ def execute(
     interrupted: Callable[[], bool] = lambda: False,
     program_runs: Callable[[bool], None] = lambda _: None,
     terms: bool = False,
+    front: Front = as_made,
 ) -> Outcome:
     """Run a program.
 
@@ -67,6 +68,7 @@ def execute(
         interrupted: whether the program is to end; called while it waits.
         program_runs: told where a signal may raise at once; see ``ProgramLink``.
         terms: record the terms of the joints' torques as well.
+        front: what stands in front of each node where nodes are processes.
 
     Raises:
         SettingsError: the simulated bus is too slow for the rate, or terms cannot be recorded.
@@ -79,7 +81,7 @@ def execute(
             f"bus {settings.bus}, {'no directory' if record is None else f'directory {record}'}"
         )
     run_record = None if record is None else Record(record)
-    rig, log = make_rig(settings, run_record, attach)
+    rig, log = make_rig(settings, run_record, attach, front)
     try:
         if terms and isinstance(rig, SimulatedRig):
             rig.record_terms()
@@ -157,12 +159,13 @@ def _writes(
 
 
 def make_rig(
-    settings: RunSettings, run_record: Record | None, attach: bool
+    settings: RunSettings, run_record: Record | None, attach: bool, front: Front = as_made
 ) -> tuple[Rig, Log | None]:
     """The nodes on the bus of the settings, and the log of the frames, if there is one."""
     if not settings.simulated:
         elsewhere = frozenset(OTHERS) if attach else frozenset()
-        processes = ProcessRig(settings, None if run_record is None else run_record.log, elsewhere)
+        kept = None if run_record is None else run_record.log
+        processes = ProcessRig(settings, kept, elsewhere, front)
         return processes, processes.recorder
     rig = SimulatedRig(settings)
     if run_record is None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from rfms_can.bus.controller import Controller
 from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.bus.timing import BusTiming
 from rfms_can.joint_nodes.gripper import GripperNode
@@ -23,6 +24,7 @@ class SimulatedRig:
     Attributes:
         bus: the simulated bus.
         master, joints, gripper, plant: its nodes.
+        controllers: of each node, by its number.
         watch: observer of the contact with the scene; None without one.
         terms: of the joints' torques, if they are recorded.
     """
@@ -40,8 +42,10 @@ class SimulatedRig:
         self.plant: PlantNode = make_plant(settings, wire, physics, look)
         self.master: MasterNode = make_master(settings, wire)
         self.terms: TermsRecorder | None = None
-        for node in (*self.joints, self.gripper, self.plant, self.master):
-            self.bus.attach(node)
+        nodes = (*self.joints, self.gripper, self.plant, self.master)
+        self.controllers: dict[int, Controller] = {
+            node.number: self.bus.attach(node) for node in nodes
+        }
 
     def observe(self, observer: Callable[[int, Frame], None]) -> None:
         """Show every frame to an observer, with its time in ns."""

@@ -1,0 +1,117 @@
+"""Trials on the whole simulated system: what they measure, and that they repeat.
+
+A few variants whose rows are met stand for all: the campaign has the rest (``docs/faults.md``).
+"""
+
+import pytest
+
+from rfms_can.arm import ARMS
+from rfms_can.faults import catalogue
+from rfms_can.faults.catalogue import INJECTORS, Injector
+from rfms_can.faults.context import Seam
+from rfms_can.faults.judge import problems
+from rfms_can.faults.table import ROWS, Expected, State, Variant
+from rfms_can.faults.trial import Result, Trial, groups, made_of, result_of, watch_trial
+from rfms_can.faults.warm import SLOWEST, WarmSystem
+
+pytestmark = pytest.mark.system
+
+MET = (
+    *((1, name) for name in ("lose_sync", "lose_setpoint", "lose_measure", "lose_dac")),
+    *((3, "copy_dac"), (5, "swap_error"), (6, "corrupt_measure"), (7, "lengthen_error")),
+    *((10, "stop_master"), (13, "mute_plant"), (12, "restart_joint")),
+    *((20, "nan_setpoint_once"), (22, "glitch_encoder"), (36, "second_joint")),
+    *((24, "reverse_motor: start"), (36, "second_joint: start"), (37, "other_hash_joint")),
+    *((30, "ask_unreachable"), (32, "redefine_mode"), (34, "ask_too_many")),
+)
+
+
+def results(trials: list[Trial]) -> list[Result]:
+    return [result for group in groups(trials) for result in made_of(group)]
+
+
+@pytest.fixture(scope="module")
+def met() -> dict[tuple[int, str], Result]:
+    trials = [Trial(row, variant, "puma260", 0) for row, variant in MET]
+    return {(result.row, result.variant): result for result in results(trials)}
+
+
+@pytest.mark.parametrize(("row", "variant"), MET, ids=[variant for _, variant in MET])
+def test_rows_that_are_met(met: dict[tuple[int, str], Result], row: int, variant: str) -> None:
+    assert met[row, variant].problems == []
+
+
+def test_a_trial_repeats_in_a_fork_and_in_this_process() -> None:
+    trial = Trial(24, "reverse_encoder", "puma260", 3)
+    (forked,) = results([trial])
+    warm = WarmSystem("puma260", State.MOVING)
+    warm.move()
+    warm.run_to(trial.cycle)
+    assert result_of(trial, watch_trial(trial, warm).facts()) == forked
+
+
+def test_no_trial_is_changed_by_those_before_it() -> None:
+    trials = [Trial(1, "lose_dac", "puma260", seed) for seed in range(3)]
+    together = {result.seed: result for result in results(trials)}
+    (alone,) = results(trials[2:])
+    assert together[2] == alone
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("state", [State.MOVING, State.NEAR_END])
+def test_faults_are_put_in_where_all_joints_are_fast(arm: str, state: State) -> None:
+    warm = WarmSystem(arm, state)
+    warm.move()
+    for cycle in (0, 300, 700):
+        warm.run_to(cycle)
+        assert warm.slowest >= SLOWEST
+        assert warm.cycle - cycle < 110
+
+
+def test_without_a_fault_nothing_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    none = Injector(Seam.RIG, 1, "nothing", lambda _: None)
+    monkeypatch.setitem(INJECTORS, "lose_dac", none)
+    trial = Trial(1, "lose_dac", "puma560", 1)
+    (result,) = results([trial])
+    facts = result.facts
+    assert facts is not None
+    assert (facts.effect, facts.counted, facts.stopped, facts.named) == (None, None, None, "")
+    assert (facts.reactions, facts.reenabled, facts.brakes) == ([0] * 6, [], [])
+    assert result.problems == [
+        "the fault had no effect",
+        "not found (bound 1 cycles)",
+    ]
+    assert problems(Variant("", 0, Expected.NONE), facts) == ["the fault had no effect"]
+
+
+def test_a_trial_that_breaks_off_is_not_met(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def broken(*_: object) -> None:
+        raise ValueError("no such thing")
+
+    monkeypatch.setattr(catalogue, "_INJECT", dict.fromkeys(Seam, broken))
+    (result,) = results([Trial(1, "lose_dac", "puma260", 0)])
+    assert (result.met, result.facts) == (False, None)
+    assert result.problems == ["the trial broke off: ValueError: no such thing"]
+    assert "no such thing" in capfd.readouterr().err
+
+
+def test_a_trial_that_is_interrupted_never_leaves_its_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(catalogue, "_INJECT", dict.fromkeys(Seam, interrupted))
+    (result,) = results([Trial(1, "lose_dac", "puma260", 0)])
+    assert result.problems == ["the trial broke off without a word"]
+
+
+def test_trials_are_grouped_by_arm_and_state() -> None:
+    trials = [
+        Trial(row, row_.variants[0].name, arm, 0) for arm in ARMS for row, row_ in ROWS.items()
+    ]
+    grouped = groups(trials)
+    assert sum(map(len, grouped)) == len(trials)
+    assert all(len({(t.arm, t.the_variant.state) for t in group}) == 1 for group in grouped)
