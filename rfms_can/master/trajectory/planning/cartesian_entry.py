@@ -20,6 +20,9 @@ from rfms_can.wire.vocabulary import Mode
 
 SAME: Final = 1e-6
 """Rad by which angles that are solved of T6 may differ from the joints' own."""
+JOINED: Final = 1e-4
+"""Rad by which they may differ from those of the straight line they lead to: both are solved, but
+in a wrist that is straight each holds the theta4 it has come with."""
 
 
 def lined(frame: Frame, base: Base) -> Segment:
@@ -45,6 +48,9 @@ def check_ends(frame: Frame, departed: DepartedSegment, base: Base, angles: Floa
         KinematicsError: they are not, or the joints would take the line they join for another.
     """
     before, move = departed.segment, base.segment.move
+    if move.mode is Mode.CARTESIAN:
+        line = base.derivatives(np.array([base.acceleration_time]))[0, 0]
+        _check(frame, departed, base, angles[-1], line, JOINED)
     if before.rests:
         return
     pairs: list[tuple[Floats, Floats]] = []
@@ -62,15 +68,22 @@ def check_ends(frame: Frame, departed: DepartedSegment, base: Base, angles: Floa
         pairs.append((last, np.array(goal) + (1.0 - h) * theta_BC))
         pairs.append((np.array(told), np.array(goal) + theta_BC))
     for solved, own in pairs:
-        apart = np.abs(solved - own)
-        joint = int(apart.argmax())
-        if not apart[joint] <= SAME:
-            raise KinematicsError(
-                f"move {move.sequence}: joint {joint + 1} of {frame.kinematics.arm.name} would be "
-                f"{apart[joint]:.3g} rad off at an end of the Cartesian transition from move "
-                f"{before.move.sequence}, more than {SAME:g} rad: there the wrist is singular, or "
-                f"the configuration changes; use a joint transition, or accelerate in less time"
-            )
+        _check(frame, departed, base, solved, own, SAME)
+
+
+def _check(
+    frame: Frame, departed: DepartedSegment, base: Base, solved: Floats, own: Floats, within: float
+) -> None:
+    apart = np.abs(solved - own)
+    joint = int(apart.argmax())
+    if not apart[joint] <= within:
+        raise KinematicsError(
+            f"move {base.segment.move.sequence}: joint {joint + 1} of {frame.kinematics.arm.name} "
+            f"would be {apart[joint]:.3g} rad off at an end of the Cartesian transition from move "
+            f"{departed.segment.move.sequence}, more than {within:g} rad: there the wrist is "
+            f"singular, or the configuration changes; use a joint transition, or accelerate in "
+            f"less time"
+        )
 
 
 def _line(frame: Frame, base: Base, goal: Joints) -> JointLine:

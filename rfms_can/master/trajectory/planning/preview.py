@@ -28,6 +28,7 @@ from rfms_can.master.trajectory.planning.departure import (
     estimated_departure,
     estimated_start,
 )
+from rfms_can.master.trajectory.planning.straight_wrist import check_held
 from rfms_can.master.trajectory.segment import Rest, Transition
 from rfms_can.setpoint.blend import blend_parameter
 from rfms_can.setpoint.history import ACCELERATION_TICKS, JERK_TICKS
@@ -159,6 +160,7 @@ def _to_rest(frame: Frame, base: Base, ends: Transition) -> Floats:
     joined, ticks = motion[:, 0], move.rest_ticks
     if not move.target.constant:
         start = t_seg - t_acc
+        check_held(frame, base, hand_over)
         joined = estimated_start(frame, lambda t, q: base.solve(1.0, t, q), start, joined, ticks)
     return _blended(frame, motion, was, at_end, joined, ticks)
 
