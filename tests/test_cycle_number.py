@@ -8,14 +8,13 @@ from support.system import SHORT
 
 from rfms_can.master.phases import Phase
 from rfms_can.master.server.latency import Latency
-from rfms_can.node.protocol import LAST_CYCLE
 from rfms_can.rig.program import load_program
 from rfms_can.rig.result import RunResult
 from rfms_can.rig.runner import execute
 from rfms_can.rig.session import Rig
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.simulated import SimulatedRig
-from rfms_can.wire.contract import Wire
+from rfms_can.wire.contract import LAST_CYCLE, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Sync
 

@@ -11,7 +11,7 @@ from rfms_can.bus.port import counts_of
 from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.cli.report import console, print_result
 from rfms_can.node.endpoint import Endpoint
-from rfms_can.node.protocol import PortCounts
+from rfms_can.node.port_counts import PortCounts
 from rfms_can.rig.nodes import make_master, make_plant
 from rfms_can.rig.program import load_program
 from rfms_can.rig.runner import execute

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from rfms_can.node.protocol import Node, PortCounts, hears_itself
+from rfms_can.node.port_counts import PortCounts
+from rfms_can.node.protocol import Node, hears_itself
 from rfms_can.wire.frame import Frame
 
 TX_CAPACITY: Final = 32

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from typing import Final
 
 from rfms_can.bus.port import LONGEST_WAIT_S, Port, counts_of
-from rfms_can.node.protocol import Node, tell_port
+from rfms_can.node.port_counts import tell_port
+from rfms_can.node.protocol import Node
 
 MAX_FRAMES_BEFORE_TIMER: Final = 256
 """A babbling idiot on the bus must not delay a node's deadlines."""

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
-from rfms_can.node.protocol import PortCounts
+from rfms_can.node.port_counts import PortCounts
 from rfms_can.wire.frame import Frame
 
 LONGEST_WAIT_S: Final = 0.05

@@ -31,7 +31,8 @@ from rfms_can.bus.medium import Medium
 from rfms_can.bus.statistics import BusStatistics
 from rfms_can.bus.timing import BusTiming
 from rfms_can.errors import BusError
-from rfms_can.node.protocol import Node, tell_port
+from rfms_can.node.port_counts import tell_port
+from rfms_can.node.protocol import Node
 from rfms_can.wire.frame import Frame
 
 NEVER: Final = 1 << 62

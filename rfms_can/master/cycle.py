@@ -21,8 +21,8 @@ from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
 from rfms_can.master.verification import Verification
-from rfms_can.node.protocol import LAST_CYCLE
 from rfms_can.tables import complete
+from rfms_can.wire.contract import LAST_CYCLE
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY
 from rfms_can.wire.vocabulary import Command, NodeState

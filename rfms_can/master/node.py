@@ -33,7 +33,7 @@ from rfms_can.master.stillness import Stillness
 from rfms_can.master.timer import CycleTimer
 from rfms_can.master.verification import Verification
 from rfms_can.messages import Answer, Message, ResetRequest
-from rfms_can.node.endpoint import PortTellingEndpoint
+from rfms_can.node.port_counts import PortTellingEndpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.emergency import in_words as emergency_in_words

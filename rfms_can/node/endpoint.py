@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
-from rfms_can.node.protocol import NOTHING, PortCounts
+from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import DBC_NAMES, NODE_NAMES, PLANT
@@ -17,8 +17,6 @@ from rfms_can.wire.protection import HeartbeatReceiver, Receiver, Refusal, Sende
 from rfms_can.wire.records import Heartbeat
 
 _MAX_U16: Final = 0xFFFF
-_MOST: Final = PortCounts(bus_offs=0xF, overflows=0xFF)
-"""The largest counts that HEARTBEAT carries."""
 
 
 class Endpoint(ABC):
@@ -157,37 +155,17 @@ class Endpoint(ABC):
         for sender in self._senders:
             sender.reset()
 
-    def _counted(self) -> PortCounts:
-        """What this node's port has counted, as far as the node is told."""
-        return PortCounts()
-
     def _beat(self, state: int, register: int = 0, config_hash: int = 0) -> None:
         """Send a heartbeat."""
-        counted = self._counted()
         self._out.append(
             self._heartbeat.frame(
                 state,
-                min(counted.bus_offs, _MOST.bus_offs),
+                0,
                 register,
                 self.boot_id,
                 self.wire.dbc_hash,
                 config_hash,
                 min(self.discarded, _MAX_U16),
-                min(counted.overflows, _MOST.overflows),
+                0,
             )
         )
-
-
-class PortTellingEndpoint(Endpoint):
-    """An endpoint whose heartbeat tells what its port has counted.
-
-    Attributes:
-        port_counts: gives the counts; the driver sets it (``protocol.tell_port``).
-    """
-
-    def __init__(self, number: int, wire: Wire, boot_id: int) -> None:
-        super().__init__(number, wire, boot_id)
-        self.port_counts: Callable[[], PortCounts] = PortCounts
-
-    def _counted(self) -> PortCounts:
-        return self.port_counts()

@@ -5,28 +5,13 @@ and re-arms one timer. So the same object runs on the simulated bus, on the hub 
 and a test can drive two of them with plain function calls.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any, Final, NamedTuple, Protocol
+from collections.abc import Sequence
+from typing import Final, Protocol
 
 from rfms_can.wire.frame import Frame
 
 NOTHING: Final[tuple[Frame, ...]] = ()
 """Return value of a node that has nothing to send."""
-
-LAST_CYCLE: Final = 0xFFFF_FFFF
-"""Largest number of a cycle that SYNC carries, after 25 days at 2 kHz: 0 comes after it."""
-
-
-class PortCounts(NamedTuple):
-    """What a port has counted since it was opened.
-
-    Attributes:
-        bus_offs: how often its controller has gone bus-off.
-        overflows: frames it has lost because a queue was full, on sending and on receiving.
-    """
-
-    bus_offs: int = 0
-    overflows: int = 0
 
 
 class Node(Protocol):
@@ -57,10 +42,3 @@ def hears_itself(node: Node) -> bool:
     what they hear under an identifier of theirs comes from another node.
     """
     return bool(getattr(node, "echo", True))
-
-
-def tell_port(node: Node, counts: Callable[[], PortCounts]) -> None:
-    """Give a node its port's counts, if it tells them in its heartbeat (``port_counts``)."""
-    telling: Any = node
-    if hasattr(node, "port_counts"):
-        telling.port_counts = counts

@@ -33,17 +33,19 @@ class BrakeWatchdog:
         self._closed = [True] * boards
         self._lost = [False] * boards
 
-    def end_cycle(self, heard: Sequence[bool], *, driven: bool) -> list[int]:
+    def end_cycle(self, heard: Sequence[bool], *, driven: bool, together: bool = True) -> list[int]:
         """A cycle has ended: open the brakes of those that were heard, close those of the silent.
 
         Args:
             heard: by board, whether a DAC frame came; of one that is lost it does not count.
             driven: whether the arm was driven in this cycle, so that no node may be silent.
+            together: whether each joint waits for frames of the others then: not as it homes.
 
         Returns:
             The boards whose brakes close now.
         """
-        bound = SILENT_CYCLES if any(heard[: self._joints]) else SPEECHLESS_CYCLES
+        speechless = together and not any(heard[: self._joints])
+        bound = SPEECHLESS_CYCLES if speechless else SILENT_CYCLES
         closing = []
         for board, came in enumerate(heard):
             if came:

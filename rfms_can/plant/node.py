@@ -10,13 +10,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from rfms_can.node.endpoint import PortTellingEndpoint
-from rfms_can.node.protocol import LAST_CYCLE, NOTHING
+from rfms_can.node.port_counts import PortTellingEndpoint
+from rfms_can.node.protocol import NOTHING
 from rfms_can.plant.brake_watchdog import BrakeWatchdog
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.tables import complete
 from rfms_can.wire.configuration import plant_hash
-from rfms_can.wire.contract import ESTOP_VALUES, Wire
+from rfms_can.wire.contract import ESTOP_VALUES, LAST_CYCLE, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, PLANT
 from rfms_can.wire.records import Dac, Estop, Force, Heartbeat, Measure, Nmt, Reference, Sync
@@ -126,7 +126,8 @@ class PlantNode(PortTellingEndpoint):
     def _latch(self, ended: NodeState) -> None:
         """Apply the received codes; a joint without a frame keeps its codes until it is braked."""
         heard = [dac is not None for dac in self._arrived]
-        for index in self._brakes.end_cycle(heard, driven=ended in DRIVEN):
+        together = ended is not NodeState.HOMING
+        for index in self._brakes.end_cycle(heard, driven=ended in DRIVEN, together=together):
             self._power_off(index)  # no current against a closed brake
         for index, dac in enumerate(self._arrived):
             if dac is None:

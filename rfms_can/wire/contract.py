@@ -35,6 +35,8 @@ from rfms_can.wire.records import (
     Sync,
 )
 
+LAST_CYCLE: Final = 0xFFFF_FFFF
+"""Largest number of a cycle that SYNC carries, after 25 days at 2 kHz: 0 comes after it."""
 NO_SET: Final = 0
 """Row set number in SYNC before the first set; not used by any set."""
 

@@ -2,7 +2,8 @@
 
 A node in place of the master, on a bus whose joint nodes are silent. It sends SYNC and the DAC
 codes of one joint; all others stay braked. A current pulse in either direction, as weak as moves
-the joint; between pulses the brake is on. The gravity torque is the same in both and cancels.
+the joint; between pulses the brake is on, and a RESET before the next lets the board open it: a
+joint that fell silent counts as lost. The gravity torque is the same in both and cancels.
 
 Encoder, tachometer and coarse position each give the direction of the motion. One that contradicts
 the others is reversed; if all contradict the current, the motor is reversed.
@@ -18,8 +19,8 @@ from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import NO_SET, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import HEARTBEAT_EVERY, JOINTS, MASTER
-from rfms_can.wire.records import Dac, Measure, Reference, Sync
-from rfms_can.wire.vocabulary import NodeState
+from rfms_can.wire.records import Dac, Measure, Nmt, Reference, Sync
+from rfms_can.wire.vocabulary import Command, NodeState
 
 FULL_SCALE: Final = 2048
 LEVELS: Final = tuple(round(FULL_SCALE * percent / 100.0) for percent in range(4, 50, 3))
@@ -105,6 +106,8 @@ class Probe(Endpoint):
         self._deadline_ns: int | None = 0
         self._cycle = -1
         self._sync = self._sends(Sync)
+        self._nmt = self._sends(Nmt)
+        self._pulsed = -1  # joint that a code was sent to in the cycle before, or -1
         self._dacs = [self._sends(Dac, joint) for joint in JOINTS]
         self._measures: list[Measure | None] = [None] * len(JOINTS)
         self._coarse: list[int | None] = [None] * len(JOINTS)
@@ -123,10 +126,14 @@ class Probe(Endpoint):
             self.done, self._deadline_ns = True, None
             return NOTHING
         self._cycle += 1
+        joint, code = command
+        pulsed = -1 if code is None else joint
+        if pulsed not in (-1, self._pulsed):
+            self._out.append(self._nmt.frame(Command.RESET, 0, 0))
+        self._pulsed = pulsed
         self._out.append(
             self._sync.frame(self._cycle, NodeState.HOMING, NO_SET, self.wire.dbc_hash)
         )
-        joint, code = command
         if code is not None:
             self.largest_code = max(self.largest_code, abs(code))
             self._out.append(self._dacs[joint].frame(code, 0, self._cycle & 0xFF))

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from rfms_can.master.node import MasterNode
 from rfms_can.messages.numbers import LATENCY_EDGES_NS
-from rfms_can.node.protocol import LAST_CYCLE
+from rfms_can.wire.contract import LAST_CYCLE
 
 CYCLE_BINS: Final = 4
 MAX_PENDING: Final = 1024

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from rfms_can.node.protocol import PortCounts
+from rfms_can.node.port_counts import PortCounts
 from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
 from rfms_can.wire.records import Heartbeat
 from rfms_can.wire.vocabulary import NodeState, name_of
