@@ -77,6 +77,8 @@ ONCE_BROKEN = {
     "a slow feed next to a wrist": [("puma260", 3487)],
     "the end of a range next to an elbow": [("puma560", 5548)],
     "a pose of float32 not far from a wrist": [("puma260", 4946), ("puma560", 6140)],
+    "a goal of its own motion in a straight wrist": [("puma260", 6914)],
+    "a Cartesian transition that ends in one": [("puma560", 3608)],
 }
 """Programs by what was mended for them."""
 
