@@ -47,10 +47,11 @@ def draw(trial: Trial, result: Result, arm: Arm, moments: list[Moment], path: Pa
     for axes in (off, speed, states, brakes):
         _mark(axes, facts)
     sheet.legend_below(handles, [f"joint {joint}" for joint in JOINTS], len(JOINTS))
-    return sheet.save(path, "time since the fault was put in, s")
+    return sheet.save(path, f"time since the fault was put in, s ({_LINES})")
 
 
 _LONGEST: Final = 110
+_LINES: Final = "solid: its effect begins; dotted: it is counted; dashed: the first joint stops"
 
 
 def _mark(axes: Any, facts: Facts | None) -> None:
