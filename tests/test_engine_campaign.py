@@ -202,13 +202,9 @@ def test_a_file_that_cannot_be_had_is_named(tmp_path: Path) -> None:
         FILE.read(tmp_path / "kept.jsonl")
 
 
-OF_THE_ENGINE = sorted(
-    file for file in (ROOT / "docs" / "data").glob("*.jsonl") if file.stem != "faults"
+@pytest.mark.parametrize(
+    "file", sorted((ROOT / "docs" / "data").glob("*.jsonl")), ids=lambda file: str(file.stem)
 )
-"""The file of faults is read by ``rfms_can.faults.results``: see test_faults_campaign.py."""
-
-
-@pytest.mark.parametrize("file", OF_THE_ENGINE, ids=lambda file: str(file.stem))
 def test_committed_results_are_read_and_written_as_they_are(file: Path, tmp_path: Path) -> None:
     kind: Any = kinds()[file.stem]
     conditions, results = kind.read(file)
@@ -230,9 +226,11 @@ def kinds() -> dict[str, Any]:
     import servoing.results
 
     import rfms_can.analysis.campaign.results
+    import rfms_can.faults.results
 
     return {
         "corner_campaign": corners.results.FILE,
+        "faults": rfms_can.faults.results.RESULTS,
         "link_campaign": link_campaign.FILE,
         "mutant_campaign": node_mutants.results.SUITE,
         "mutant_held_out": node_mutants.results.SUITE,

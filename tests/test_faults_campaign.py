@@ -20,7 +20,7 @@ from rfms_can.faults.campaign import (
     trials_of,
 )
 from rfms_can.faults.facts import Facts
-from rfms_can.faults.results import Results, digest, read
+from rfms_can.faults.results import digest, kept_in, read
 from rfms_can.faults.table import ROWS, WITHOUT_INJECTOR, variants
 from rfms_can.faults.trial import Result, Trial
 
@@ -79,9 +79,9 @@ def test_no_seed_is_left_out_and_none_is_made_twice(made: list[Trial], tmp_path:
     keep = tmp_path / "kept.jsonl"
     trials = trials_of([1], [ARM], 3)
     assert len(trials) == 3 * len(ROWS[1].variants)
-    run_all(trials[:5], Results(keep), Serial())
+    run_all(trials[:5], kept_in(keep), Serial())
     assert made == trials[:5]
-    told = run_all(trials, Results(keep), Serial())
+    told = run_all(trials, kept_in(keep), Serial())
     assert sorted(made) == sorted(trials)
     assert [result.seed for result in told] == [trial.seed for trial in trials]
 
@@ -89,10 +89,10 @@ def test_no_seed_is_left_out_and_none_is_made_twice(made: list[Trial], tmp_path:
 def test_a_line_that_was_cut_off_is_made_again(made: list[Trial], tmp_path: Path) -> None:
     keep = tmp_path / "kept.jsonl"
     trials = trials_of([3], [ARM], 1)
-    run_all(trials, Results(keep), Serial())
+    run_all(trials, kept_in(keep), Serial())
     keep.write_bytes(keep.read_bytes()[:-9])
     made.clear()
-    run_all(trials, Results(keep), Serial())
+    run_all(trials, kept_in(keep), Serial())
     assert made == trials[-1:]
     assert len(read(keep)[1]) == len(trials)
 
@@ -101,15 +101,15 @@ def test_results_of_other_code_are_not_taken(
     made: list[Trial], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     keep = tmp_path / "kept.jsonl"
-    run_all(trials_of([3], [ARM], 1), Results(keep), Serial())
+    run_all(trials_of([3], [ARM], 1), kept_in(keep), Serial())
     before = keep.read_bytes()
     monkeypatch.setattr(results, "digest", lambda: "another")
-    with pytest.raises(RfmsError, match="other code"):
-        Results(keep)
+    with pytest.raises(RfmsError, match=r"holds faults with code .*, not another"):
+        kept_in(keep)
     assert keep.read_bytes() == before
     keep.write_text("no results\n", encoding="utf-8")
     with pytest.raises(RfmsError, match="is not a file of faults"):
-        Results(keep)
+        kept_in(keep)
 
 
 def test_the_digest_is_of_all_code_that_trials_run(

@@ -46,15 +46,14 @@ def faults(
     if replay is not None:
         _replay(replay, arms[0], record, as_json)
         return
-    from rfms_can.cli.faults_report import print_faults, progress
+    from rfms_can.cli.faults_report import print_faults
     from rfms_can.engine import backend_of
-    from rfms_can.faults.results import Results
+    from rfms_can.faults.results import kept_in
 
     numbers = rows_from(rows)
     trials = trials_of(numbers, arms, seeds)
     backend = backend_of(jobs, cluster, default=os.cpu_count() or 1)
-    with progress(len(trials)) as done:
-        results = run_all(trials, Results(keep), backend, done=done)
+    results = run_all(trials, kept_in(keep), backend)
     lines = lines_of(numbers, arms, results)
     print_faults(lines, as_json=as_json)
     if not all(met_rows(lines).values()):

@@ -2,26 +2,14 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from rfms_can.faults.campaign import Line, met_rows
 from rfms_can.faults.table import ROWS
 from rfms_can.faults.trial import Result
-
-
-@contextmanager
-def progress(total: int) -> Iterator[Callable[[Result], None]]:
-    """A progress bar on the standard error; call what it gives with each result."""
-    columns = (TextColumn("faults"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("faults", total=total)
-        yield lambda _: bar.advance(task)
 
 
 def print_faults(lines: Sequence[Line], *, as_json: bool) -> None:

@@ -1,12 +1,12 @@
 """Many trials: which there are, made on the engine of campaigns, summed up row by row."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 
 import msgspec
 
-from rfms_can.engine import Backend, run
+from rfms_can.engine import Backend, Kept, carry_out, run
 from rfms_can.errors import RfmsError
-from rfms_can.faults.results import Results, trial_of
+from rfms_can.faults.results import Conditions, trial_of
 from rfms_can.faults.table import ROWS, WITHOUT_INJECTOR, Variant, variant_of, variants
 from rfms_can.faults.trial import Result, Trial, groups, made_of
 
@@ -97,25 +97,24 @@ def trials_of(rows: Iterable[int], arms: Sequence[str], seeds: int) -> list[Tria
 
 
 def run_all(
-    trials: Sequence[Trial],
-    results: Results,
-    backend: Backend,
-    done: Callable[[Result], None] = lambda _: None,
+    trials: Sequence[Trial], kept: Kept[Conditions, Result], backend: Backend
 ) -> list[Result]:
-    """Make the trials that have not been made yet; the results of all, in their order."""
-    left = []
-    for trial in trials:
-        if trial in results.results:
-            done(results.results[trial])
-        else:
-            left.append(trial)
-    for result in _made(left, backend):
-        results.add(result)
-        done(result)
-    return [results.results[trial] for trial in trials]
+    """Make the trials that have not been made yet; the results of all, in their order.
+
+    Raises:
+        EngineError: as ``rfms_can.engine.run`` does.
+    """
+    return carry_out(
+        trials,
+        lambda left: _made(left, backend),
+        kept,
+        what="faults",
+        job_key=lambda trial: trial,
+        result_key=trial_of,
+    )
 
 
-def _made(trials: Sequence[Trial], backend: Backend) -> Iterator[Result]:
+def _made(trials: Sequence[Trial], backend: Backend) -> Generator[Result, None, None]:
     chunks = [
         group[start : start + CHUNK]
         for group in groups(trials)
