@@ -15,7 +15,7 @@ from rfms_can.cli.conform import SWITCH_ON, chosen
 from rfms_can.conform import tester
 from rfms_can.conform.table import CHECKS, Kind
 from rfms_can.errors import RfmsError
-from rfms_can.joint_nodes import controller
+from rfms_can.joint_nodes.detectors import setpoint_step
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.records import Heartbeat
 from rfms_can.wire.vocabulary import NodeState
@@ -41,7 +41,7 @@ def test_the_default_class_needs_a_bus_alone(rfms: Rfms) -> None:
 def test_a_failure_says_what_was_sent_what_came_and_what_was_required(
     rfms: Rfms, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(controller, "STEP_MARGIN", 3.0)
+    monkeypatch.setattr(setpoint_step, "STEP_MARGIN", 3.0)
     junit = tmp_path / "deep" / "results.xml"
     words = ("--check", "39", "--check", "28", "--junit", junit)
     ended = rfms("conform", "2", "--bus", "sim", "--class", "sensor", *words)
@@ -57,7 +57,7 @@ def test_a_failure_says_what_was_sent_what_came_and_what_was_required(
 
 
 def test_fail_fast_ends_at_the_first_failure(rfms: Rfms, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(controller, "STEP_MARGIN", 3.0)
+    monkeypatch.setattr(setpoint_step, "STEP_MARGIN", 3.0)
     words = ("--check", "39", "--check", "40b", "--fail-fast", "--json")
     report = json.loads(rfms("conform", "2", "--bus", "sim", "--class", "sensor", *words).out)
     assert [check["id"] for check in report["checks"]] == ["39"]

@@ -6,13 +6,21 @@ from typing import Any
 import pytest
 from support.conform import on_line, the_wire
 
+from rfms_can.conform.checks import timing
 from rfms_can.conform.lines import PumpedLine
 from rfms_can.conform.outcome import Verdict
 from rfms_can.conform.table import CHECKS
 from rfms_can.conform.vectors import set_hash
-from rfms_can.joint_nodes import controller, field_node, servo
+from rfms_can.joint_nodes import field_node, sensing, servo
 from rfms_can.joint_nodes.angle_solver import AngleSolver
 from rfms_can.joint_nodes.compliance import RowSets
+from rfms_can.joint_nodes.controller import JointController
+from rfms_can.joint_nodes.detectors import setpoint_step
+from rfms_can.joint_nodes.detectors.bus import SyncNumbers
+from rfms_can.joint_nodes.detectors.drive import AmplifierWatch, OverloadWatch, StallWatch
+from rfms_can.joint_nodes.detectors.following import FollowingWatch
+from rfms_can.joint_nodes.detectors.plausible_rows import RowsWatch
+from rfms_can.joint_nodes.detectors.sensors import SensorWatch
 from rfms_can.joint_nodes.field_node import FieldNode
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.joint import JointNode
@@ -61,10 +69,10 @@ def any_counter(patch: Patch) -> None:
 
 def no_discard_of_others(patch: Patch) -> None:
     def receive(self: RowSets, rows: Rows) -> None:
-        self.activate(0)
+        named = self.number
+        self.activate(rows)
+        self.number = named
         self._arrived = rows
-        self.number = rows.set - 1
-        self.activate(rows.set)
 
     patch.setattr(RowSets, "receive", receive)
 
@@ -98,11 +106,10 @@ def integral_never_cleared(patch: Patch) -> None:
 
 
 def stale_gravity(patch: Patch) -> None:
-    def activate(self: RowSets, number: int) -> bool:
+    def activate(self: RowSets, rows: Rows) -> None:
         gravity = self.gravity
-        taken = right(self, number)
+        right(self, rows)
         self.gravity = gravity
-        return taken
 
     right = RowSets.activate
     patch.setattr(RowSets, "activate", activate)
@@ -143,7 +150,61 @@ def longer_hash(patch: Patch) -> None:
 
 
 def wide_steps(patch: Patch) -> None:
-    patch.setattr(controller, "STEP_MARGIN", 3.0)
+    patch.setattr(setpoint_step, "STEP_MARGIN", 3.0)
+    patch.setattr(sensing, "STEP_MARGIN", 3.0)
+
+
+def late(watch: type, name: str, bound: str) -> Callable[[Patch], None]:
+    """A detector whose bound is three tenths too large."""
+
+    def false(patch: Patch) -> None:
+        right = watch.__init__  # type: ignore[misc]
+
+        def init(self: Any, *arguments: Any) -> None:
+            right(self, *arguments)
+            setattr(self, bound, 1.3 * getattr(self, bound))
+
+        patch.setattr(watch, "__init__", init)
+
+    false.__name__ = f"late_{name}"
+    return false
+
+
+def stop_as_it_was_told(patch: Patch) -> None:
+    """It begins where and as fast as it was commanded, wherever the joint is."""
+
+    def begin(self: JointController, position: float, rate: float) -> None:
+        right(self, position, rate)
+        assert self.ramp is not None
+        self.ramp.position, self.ramp.speed = position, rate
+
+    right = JointController._begin_stop
+    patch.setattr(JointController, "_begin_stop", begin)
+
+
+def any_current(patch: Patch) -> None:
+    patch.setattr(AmplifierWatch, "border", lambda *_: None)
+
+
+def barrier_again(patch: Patch) -> None:
+    right = FieldNode._commit
+
+    def commit(self: FieldNode, *arguments: Any) -> Any:
+        status = right(self, *arguments)
+        self._again_ns = self._watch_ns
+        return status
+
+    patch.setattr(FieldNode, "_commit", commit)
+
+
+def any_master(patch: Patch) -> None:
+    patch.setattr(SyncNumbers, "is_foreign", lambda *_: False)
+
+
+def blind(patch: Patch) -> None:
+    """Neither what its encoder and its tachometer tell nor what it costs is compared."""
+    patch.setattr(SensorWatch, "differ", lambda *_: False)
+    patch.setattr(SensorWatch, "variation", lambda *_: 0.0)
 
 
 WRONG: dict[str, Callable[[Patch], None]] = {
@@ -159,6 +220,17 @@ WRONG: dict[str, Callable[[Patch], None]] = {
     "30": no_extrapolation,
     "12": longer_hash,
     "39": wide_steps,
+    "39c": stop_as_it_was_told,
+    "41c": barrier_again,
+    "52": late(SensorWatch, "tachometer", "_bound"),
+    "52b": late(SensorWatch, "variation", "variation_bound"),
+    "52e": any_current,
+    "52f": late(FollowingWatch, "following", "_rate_bound"),
+    "52g": late(StallWatch, "stall", "bound"),
+    "52h": late(OverloadWatch, "overload", "bound"),
+    "52i": late(RowsWatch, "rows", "_gravity_step"),
+    "52k": blind,
+    "53c": any_master,
 }
 """The check that must fail (and of what in it), and what is wrong."""
 
@@ -194,3 +266,33 @@ def test_a_wrong_crc_is_told() -> None:
     line = PumpedLine(lambda: BadCrc(3, the_wire(), 7))
     outcome = on_line(3, line, [c for c in CHECKS if c.id == "2"])[0]
     assert outcome.want == "a CRC that fits data and data ID"
+
+
+class TimedLine(PumpedLine):
+    """A CAN interface of its own time, on which each answer takes as long.
+
+    Attributes:
+        latency_ns: of an answer.
+    """
+
+    virtual = False
+    settle_ns = 1
+    latency_ns = 0
+
+    def receive(self, until_ns: int) -> Frame | None:
+        frame = super().receive(until_ns)
+        self.now_ns += self.latency_ns if frame is not None else 0
+        return frame
+
+
+@pytest.mark.parametrize(
+    ("latency_ns", "verdict"), [(600_000, Verdict.PASSED), (800_000, Verdict.FAILED)]
+)
+def test_answers_that_come_too_late_are_found(
+    latency_ns: int, verdict: Verdict, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(timing, "CYCLES", 40)
+    line = TimedLine(lambda: JointNode(3, the_wire(), 7))
+    line.latency_ns = latency_ns
+    (outcome,) = on_line(3, line, [c for c in CHECKS if c.id == "51"])
+    assert outcome.verdict is verdict, outcome

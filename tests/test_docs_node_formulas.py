@@ -221,10 +221,8 @@ def test_the_law_of_the_page_is_ours_over_many_cycles(seed: int) -> None:
         cycle = cycle._replace(e=tuple(x + rng.uniform(-1e-5, 1e-5) for x in cycle.e))
         desired, speed = rng.choice((0.0, 0.1, -0.1)), rng.choice((0.0, 0.001, -0.2))
         bias = rng.choice((0.0, 0.0, 0.5, -9.0))
-        rows.number = 0
         more = (1, cycle.law, cycle.mu, cycle.selection, cycle.specification)
-        rows.receive(Rows._make((*cycle.R, *cycle.M, cycle.G, *more, 0)))
-        rows.activate(1)
+        rows.activate(Rows._make((*cycle.R, *cycle.M, cycle.G, *more, 0)))
         delivered = servo.deliverable_bias(bias)
         friction = (
             servo.friction.complying(desired, speed, servo.state.intended_speed, k)

@@ -99,8 +99,8 @@ def test_a_stop_that_the_sample_causes_sends_its_first_dac_at_once(pump: Pump) -
     p = parameters()
     pump.sync(OPERATIONAL)
     beyond = round((p[Parameter.POSITION_MAX] + 0.04) * p[Parameter.COUNTS_PER_UNIT])
-    zero = pump.node.controller.encoder.zero_counts  # type: ignore[union-attr]
-    pump.node.controller.theta = p[Parameter.POSITION_MAX] + 0.04  # type: ignore[union-attr]
+    zero = pump.node.controller.sensing.encoder.zero_counts  # type: ignore[union-attr]
+    pump.node.controller.sensing.theta = p[Parameter.POSITION_MAX] + 0.04  # type: ignore[union-attr]
     fast = round(1.0 / p[Parameter.RATE_PER_CODE])
     answers = pump.say(Measure, JOINT, beyond + (zero or 0), 0, fast, pump.low, 0, 0)
     assert names(pump, answers) == ["EMCY", "DAC"]

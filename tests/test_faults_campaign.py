@@ -11,7 +11,6 @@ from rfms_can.engine import Serial
 from rfms_can.errors import RfmsError
 from rfms_can.faults import campaign, results
 from rfms_can.faults.campaign import (
-    NO_INJECTOR,
     lines_of,
     met_rows,
     rows_from,
@@ -21,7 +20,7 @@ from rfms_can.faults.campaign import (
 )
 from rfms_can.faults.facts import Facts
 from rfms_can.faults.results import digest, kept_in, read
-from rfms_can.faults.table import ROWS, WITHOUT_INJECTOR, variants
+from rfms_can.faults.table import ROWS, Where, variants
 from rfms_can.faults.trial import Result, Trial
 
 ARM = "puma260"
@@ -62,17 +61,16 @@ def test_rows_that_do_not_exist_are_refused(text: str) -> None:
 def test_a_trial_in_words_is_the_one_it_was() -> None:
     for row, variant in variants():
         trial = Trial(row, variant.name, ARM, 7)
-        if variant.name in WITHOUT_INJECTOR:
-            with pytest.raises(RfmsError, match=NO_INJECTOR):
-                trial_from(trial.words, ARM)
-        else:
-            assert trial_from(trial.words, ARM) == trial
+        assert trial_from(trial.words, ARM, variant.where) == trial
+        (other,) = set(Where) - {variant.where}
+        with pytest.raises(RfmsError, match=f"it needs {variant.where.value}; give another --bus"):
+            trial_from(trial.words, ARM, other)
 
 
 @pytest.mark.parametrize("text", ["", "1", "1:lose_dac", "1:lose_dac:x", "1:nothing:0", "99:x:0"])
 def test_trials_that_do_not_exist_are_refused(text: str) -> None:
     with pytest.raises(RfmsError):
-        trial_from(text, ARM)
+        trial_from(text, ARM, Where.SIM)
 
 
 def test_no_seed_is_left_out_and_none_is_made_twice(made: list[Trial], tmp_path: Path) -> None:
@@ -152,9 +150,13 @@ def test_one_that_was_never_found_has_no_worst() -> None:
     assert line.worst is None
 
 
-def test_what_has_no_injector_is_not_met() -> None:
-    lines = lines_of([18, 29, 39], [ARM], [])
-    assert [(line.met, line.seeds, line.why) for line in lines] == [(False, 0, [NO_INJECTOR])] * 3
+def test_each_system_has_the_trials_and_lines_of_its_own_variants() -> None:
+    for where, names in ((Where.SIM, ["stop_joint"]), (Where.PROCESSES, ["kill_joint"])):
+        trials = trials_of([11], [ARM], 2, where)
+        assert [trial.variant for trial in trials] == names * 2
+        lines = lines_of([11], [ARM], [came(trial) for trial in trials], where)
+        assert [(line.variant, line.seeds, line.met) for line in lines] == [(names[0], 2, True)]
+    assert trials_of([18, 39], [ARM], 1) == [], "processes alone have a clock and a disk"
 
 
 def test_lines_as_json_have_the_keys_that_others_read() -> None:
@@ -189,7 +191,7 @@ def test_the_command_tells_rows_and_exits_by_them(rfms: Rfms) -> None:
     missed = rfms("faults", "--rows", "29,30", "--seeds", "1", "--jobs", "2", "--arm", ARM)
     assert missed.code == 1
     assert "1 of 2 rows met; not met: 29" in missed.out
-    assert NO_INJECTOR in missed.out
+    assert "rfms faults --arm puma260 --replay '29:lead_singular:0'" in missed.out
 
 
 @pytest.mark.system
@@ -211,10 +213,13 @@ def test_a_replay_writes_a_record_and_a_plot(rfms: Rfms, tmp_path: Path) -> None
         (("--rows", "77"), "row 77 does not exist"),
         (("--seeds", "0"), "seeds 0"),
         (("--jobs", "0"), "jobs 0"),
-        (("--bus", "hub:x"), "have no injector yet"),
+        (("--bus", "hub:x"), "bus 'hub:x': faults are tried on sim, hub, vcan0"),
+        (("--bus", "vcan0", "--jobs", "2"), "jobs 2: there is one vcan0"),
+        (("--bus", "hub", "--cluster", "tcp://127.0.0.1:1"), "processes are started on this"),
+        (("--rows", "18"), "rows 18: none is tried with all nodes in one process"),
         (("--arm", "scara"), "arm 'scara' does not exist"),
         (("--replay", "1:nothing:0"), "no variant 'nothing'"),
-        (("--replay", "18:wall_clock:0"), NO_INJECTOR),
+        (("--replay", "18:wall_clock:0"), "it needs a process for each node"),
     ],
 )
 def test_what_cannot_be_asked_is_refused(

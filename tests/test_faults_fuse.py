@@ -86,7 +86,7 @@ def test_a_fuse_waits_for_its_cycle_of_an_enabled_arm(wire: Wire) -> None:
     ("fault", "complaint"),
     [
         ("freeze_error:2@30", r"joint 2: ERROR_2 tells"),
-        ("reverse_encoder:1@60", r"joint 1: RUNAWAY"),
+        ("reverse_encoder:1@60", r"joint 1: SENSOR_MISMATCH"),
         ("stop_joint:4@30", r"joint 4: no ERROR_4 for 3 cycles"),
         ("burst_dac:5@30", r"joint 5: no DAC_5 for 3 cycles"),
     ],
@@ -118,8 +118,8 @@ def test_where_a_motor_may_be_it_must_be_allowed(rfms: Rfms) -> None:
     ("fault", "complaint"),
     [
         ("freeze_error:2@30", r"joint 2: ERROR_2 tells"),
-        ("freeze_encoder:1@30", r"joint 1 does not follow|joint 1: RUNAWAY"),
-        ("nan_setpoint@30", r"no ERROR_\d for 3 cycles|SETPOINT_MISSING"),
+        ("freeze_encoder:1@30", r"joint 1: SENSOR_MISMATCH"),
+        ("nan_setpoint@30", r"master: SETPOINT_1 is answered by no joint|SETPOINT_MISSING"),
     ],
 )
 def test_a_fault_inside_a_process_ends_a_run_on_a_hub(

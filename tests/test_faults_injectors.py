@@ -327,7 +327,10 @@ def test_tachometer_current_and_coarse_position(site: Site) -> None:
     ((_, current, _, _),) = samples(board(boards.current_rail(context)), [0.0])
     assert current == HIGHEST_CODE
     turned = board(boards.turned_potentiometer(context)).coarse(0.0)
-    assert abs(turned - board(Damage()).coarse(0.0)) > 500
+    interval = context.arm.drives[context.index].index_interval
+    per_code = context.arm.board_scale(context.index).angle_per_coarse_code
+    intervals = (turned - board(Damage()).coarse(0.0)) * per_code / interval
+    assert 0.35 < abs(intervals) % 1.0 < 0.65, "between two indexes"
     frozen = board(boards.frozen_tachometer(context))
     samples(frozen, [0.0], 0.5)
     ((_, _, kept, _),) = samples(frozen, [0.0], -0.5)

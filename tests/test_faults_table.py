@@ -1,19 +1,22 @@
-"""The table of faults: whole, and each variant can be provoked or is said not to be."""
+"""The table of faults: whole, and each variant can be provoked."""
 
 import pytest
 
 from rfms_can.faults import frames
 from rfms_can.faults.catalogue import INJECTORS
 from rfms_can.faults.context import Seam
+from rfms_can.faults.processes.injectors import PROCESS_INJECTORS, Shows
 from rfms_can.faults.table import (
+    BUS,
     FOREIGN,
+    GOAL,
     GOES_ON,
     JOINT,
     ROWS,
-    WITHOUT_INJECTOR,
     Expected,
     State,
     Variant,
+    Where,
     variants,
 )
 
@@ -30,29 +33,25 @@ def test_names_of_variants_are_unique() -> None:
     assert len(names) == len(set(names))
 
 
-def test_every_injector_is_used() -> None:
-    used = {variant.fault for _, variant in ALL}
-    assert set(INJECTORS) <= used
+def test_every_injector_is_used_and_every_variant_has_one() -> None:
+    def used(where: Where) -> set[str]:
+        return {variant.fault for _, variant in ALL if variant.where is where}
+
+    assert set(INJECTORS) == used(Where.SIM)
+    assert set(PROCESS_INJECTORS) == used(Where.PROCESSES)
+    assert {injector.shows for injector in PROCESS_INJECTORS.values()} == set(Shows)
     assert {seam for seam in Seam if any(i.seam is seam for i in INJECTORS.values())} == set(Seam)
-
-
-def test_what_has_no_injector_yet_is_named_so() -> None:
-    assert {
-        "wall_clock",
-        "singular_line",
-        "full_disk",
-    } == WITHOUT_INJECTOR
-    assert {v.injector for _, v in ALL if v.name in WITHOUT_INJECTOR} == {None}
 
 
 @pytest.mark.parametrize(("row", "variant"), ALL, ids=[f"{r} {v.name}" for r, v in ALL])
 def test_each_variant_has_a_bound_a_reaction_and_a_culprit(row: int, variant: Variant) -> None:
     bound_of_rows = {"-", "0", "before enable", "before swap"}
-    assert variant.bound > 0 or ROWS[row].bound in bound_of_rows or variant.state is State.START
+    at_once = variant.state is State.START or variant.expected is Expected.REJECTED
+    assert variant.bound > 0 or ROWS[row].bound in bound_of_rows or at_once
     if variant.expected in GOES_ON:
         assert variant.culprit == "", "where nothing stops no one is named"
     else:
-        assert variant.culprit in {JOINT, FOREIGN, "master", "plant"}
+        assert variant.culprit in {JOINT, FOREIGN, BUS, GOAL, "master", "plant"}
     assert (variant.state is State.START) == (variant.expected is Expected.REFUSED)
 
 

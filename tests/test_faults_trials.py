@@ -13,6 +13,9 @@ from rfms_can.faults.judge import problems
 from rfms_can.faults.table import ROWS, Expected, State, Variant
 from rfms_can.faults.trial import Result, Trial, groups, made_of, result_of, watch_trial
 from rfms_can.faults.warm import SLOWEST, WarmSystem
+from rfms_can.master import node
+from rfms_can.master.fault import Fault
+from rfms_can.messages.culprit import Culprit
 
 pytestmark = pytest.mark.system
 
@@ -22,6 +25,12 @@ MET = (
     *((10, "stop_master"), (13, "mute_plant"), (12, "restart_joint")),
     *((20, "nan_setpoint_once"), (22, "glitch_encoder"), (36, "second_joint")),
     *((24, "reverse_motor: start"), (36, "second_joint: start"), (37, "other_hash_joint")),
+    *((2, name) for name in ("burst_setpoint", "burst_error", "deaf_plant", "deaf_joint")),
+    *((6, f"corrupt_{what}_often") for what in ("measure", "error", "dac")),
+    *((8, "stick_setpoint"), (8, "stick_error"), (9, "freeze_setpoint"), (19, "late_master")),
+    *((16, name) for name in ("flood", "babble_error", "babble_heartbeat")),
+    *((20, "nan_setpoint"), (21, "far_error"), (22, "jump_encoder"), (27, "run_on")),
+    *((35, "second_master"), (35, "foreign_sync")),
     *((30, "ask_unreachable"), (32, "redefine_mode"), (34, "ask_too_many")),
 )
 
@@ -84,6 +93,32 @@ def test_without_a_fault_nothing_is_seen(monkeypatch: pytest.MonkeyPatch) -> Non
     assert problems(Variant("", 0, Expected.NONE), facts) == ["the fault had no effect"]
 
 
+def test_whom_the_master_blames_is_judged_and_not_the_first_emergency(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A person acts on the result of the run: an EMCY that names the right one is no success."""
+
+    def wrong(*_: object) -> Fault:
+        return Fault("gripper: it was not me", Culprit("gripper"))
+
+    monkeypatch.setattr(node, "blame", wrong)
+    (result,) = results([Trial(36, "foreign_dac", "puma260", 0)])
+    facts = result.facts
+    assert facts is not None
+    assert (facts.named, facts.told) == ("gripper", "gripper: it was not me")
+    assert not result.culprit_ok
+    assert result.problems == [f"blamed gripper for joint {facts.node}"]
+
+
+def test_where_the_master_is_dead_the_first_emergency_names(
+    met: dict[tuple[int, str], Result],
+) -> None:
+    facts = met[10, "stop_master"].facts
+    assert facts is not None
+    assert (facts.named, facts.halted) == ("master", None)
+    assert "SYNC_MISSING" in facts.told
+
+
 def test_a_trial_that_breaks_off_is_not_met(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -115,3 +150,25 @@ def test_trials_are_grouped_by_arm_and_state() -> None:
     grouped = groups(trials)
     assert sum(map(len, grouped)) == len(trials)
     assert all(len({(t.arm, t.the_variant.state) for t in group}) == 1 for group in grouped)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_line_past_a_straight_wrist_is_slowed_or_refused(arm: str) -> None:
+    names = ("ask_singular_line", "slow_singular_line")
+    fast, slow = results([Trial(29, name, arm, 0) for name in names])
+    assert (fast.met, fast.reaction) == (True, "reject")
+    assert (slow.met, slow.reaction) == (True, "none")
+    assert slow.facts is not None
+    assert slow.facts.effect is not None, "the wrist came near the singularity"
+    assert 0.9 < slow.facts.speed <= 1.0, "as fast as the joints allow, no faster"
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_goal_that_leads_into_a_straight_wrist_is_named_and_stopped_short_of(arm: str) -> None:
+    (led,) = results([Trial(29, "lead_singular", arm, 0)])
+    facts = led.facts
+    assert facts is not None
+    assert (led.reaction, led.culprit_ok, facts.exit_code) == ("R2", True, 1)
+    assert "reference 'part' leads there" in facts.told
+    assert facts.rest is not None
+    assert facts.speed < 1.35, "more than the limit, which docs/faults.md tells"

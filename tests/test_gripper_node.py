@@ -7,10 +7,13 @@ from rfms_can.arm import PUMA_260, Arm
 from rfms_can.joint_nodes.gripper import AT_REST_CYCLES, HOMING_FRACTION, GripperNode
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.master.start_up.node_parameters import all_parameters
+from rfms_can.node.port_counts import PortCounts
 from rfms_can.plant.jaw import Jaw
+from rfms_can.wire.codec import MessageCodec
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
-from rfms_can.wire.nodes import GRIPPER
-from rfms_can.wire.records import Config, Estop, Gripper, Measure
+from rfms_can.wire.frame import Frame
+from rfms_can.wire.nodes import GRIPPER, PLANT
+from rfms_can.wire.records import Config, Estop, Gripper, Measure, Sync
 from rfms_can.wire.vocabulary import (
     Command,
     ConfigStatus,
@@ -231,3 +234,43 @@ def test_a_jaw_that_never_comes_to_rest_ends_homing_in_its_time(bench: GripperBe
     assert emergency.bound == pytest.approx(limit)
     assert codes == [0]
     assert bench.node.reaction is Reaction.OFF
+
+
+# --- its bus ------------------------------------------------------------------------------------
+
+
+def test_a_second_master_stops_it_and_its_force_stays(bench: GripperBench) -> None:
+    enable(bench)
+    command(bench, GripperCommand.CLOSE, 100.0)
+    for _ in range(20):
+        cycle(bench, 4000)
+    sent = len(bench.dacs())
+    bench.give(bench.wire.sender(Sync).frame(9, 4, 0, bench.wire.dbc_hash))
+    (emergency,) = bench.emergencies()
+    assert emergency.fault == FaultCode.FOREIGN_MASTER
+    assert (emergency.value, emergency.bound) == (9, bench.cycle)
+    assert bench.state is NodeState.QUICKSTOP
+    assert len(bench.dacs()) == sent, "the board keeps the last force: nothing is let go"
+
+
+def test_bad_samples_are_those_of_who_sends_them(bench: GripperBench) -> None:
+    enable(bench)
+    codec: MessageCodec[Measure] = bench.wire.codec(Measure, GRIPPER)
+    for _ in range(3):
+        cycle(bench, 4000)
+        bench.give(Frame(codec.id, b"\xff" * codec.length))
+    (emergency,) = bench.emergencies()
+    assert emergency.fault == FaultCode.BAD_FRAMES
+    assert (emergency.culprit, emergency.frame) == (PLANT, codec.id)
+
+
+def test_it_tells_of_its_own_port(bench: GripperBench) -> None:
+    enable(bench)
+    bench.node.port_counts = lambda: PortCounts(overflows=bench.cycle)
+    for _ in range(3):
+        assert bench.emergencies() == []
+        cycle(bench, 4000)
+    assert [e.fault for e in bench.emergencies()] == [FaultCode.QUEUE_OVERFLOW]
+    bench.node.port_counts = lambda: PortCounts(bus_offs=1, overflows=bench.cycle)
+    cycle(bench, 4000)
+    assert bench.emergencies()[-1].fault == FaultCode.BUS_OFF

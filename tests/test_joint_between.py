@@ -62,9 +62,9 @@ def hold(bench: JointBench) -> float:
 
 def test_a_hold_after_operation_holds_where_the_joint_is_then(bench: JointBench) -> None:
     """Not where it was homed, which may be radians away."""
-    for _ in range(60):
-        bench.q[bench.index] += 0.6 * step_limit(bench)
-        bench.run()
+    bench.reach(0.9 * bench.parameters[Parameter.SPEED_LIMIT])
+    bench.run(60)
+    bench.reach(0.0)
     bench.command(Command.STOP)
     assert abs(hold(bench)) < 0.05 * bench.parameters[Parameter.TORQUE_LIMIT]
     assert bench.controller.homing.error == 0.0
@@ -77,7 +77,7 @@ def test_a_hold_after_a_pause_holds_where_the_joint_was_moved_to(ready: JointBen
     ready.q[ready.index] += 0.3
     hold(ready)
     assert ready.controller.homing.error == 0.0
-    ready.q[ready.index] += 0.002
+    ready.q[ready.index] += 0.0005
     hold(ready)
     assert ready.controller.homing.error != 0.0
 
@@ -117,16 +117,12 @@ def test_a_set_point_and_the_sync_after_it_lost_are_two_cycles_of_its_history(
     bench: JointBench,
 ) -> None:
     """The joint goes on as if both had come."""
-    step = 0.1 * step_limit(bench)
-    for _ in range(20):
-        bench.q[bench.index] += step
-        bench.run()
+    bench.speed = 0.15 * bench.parameters[Parameter.SPEED_LIMIT]
+    bench.run(20)
     rate = bench.controller.trajectory.rate
-    bench.q[bench.index] += step
     bench.sync()
     bench.measure()
     bench.miss_syncs(1)
-    bench.q[bench.index] += 2.0 * step
     bench.run()
     assert bench.controller.trajectory.rate == pytest.approx(rate, rel=1e-3)
 
@@ -171,14 +167,14 @@ def test_reset_in_preop_forgets_the_rows_of_the_master_before(wire: Wire) -> Non
     bench.configure()
     bench.rows(7, gravity=3.0)
     bench.command(Command.RESET)
-    assert not bench.node.rows.activate(7)
+    assert bench.node.rows.waiting(7) is None
 
 
 def test_another_configuration_forgets_the_rows(wire: Wire) -> None:
     bench = JointBench(wire)
     bench.rows(7, gravity=3.0)
     bench.configure()
-    assert not bench.node.rows.activate(7)
+    assert bench.node.rows.waiting(7) is None
 
 
 def test_a_void_configuration_is_not_watched(ready: JointBench) -> None:

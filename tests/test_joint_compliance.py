@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from operator import mul
 
 import pytest
-from support.joint_bench import JointBench
+from support.joint_bench import ANY_SPEED, JointBench
 
 from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.compliance import RowSets
@@ -18,6 +18,7 @@ MEMORYLESS = {
     Parameter.KI: 0.0,
     Parameter.COULOMB_POSITIVE: 0.0,
     Parameter.COULOMB_NEGATIVE: 0.0,
+    Parameter.VISCOUS: 0.0,
 }
 """A servo whose torque follows from this cycle's frames alone."""
 
@@ -32,14 +33,21 @@ class Injector:
     """An enabled joint whose rows, errors and bias the test chooses; and what must come of them."""
 
     def __init__(self, wire: Wire, joint: int, arm: Arm, seed: int = 0) -> None:
-        self.bench = JointBench(wire, joint, arm, MEMORYLESS).enable()
+        self.bench = JointBench(wire, joint, arm, {**MEMORYLESS, **ANY_SPEED}).enable()
         self.bench.run(6)  # until rate and acceleration of the set-point are those of rest
         self.random = random.Random(seed)
         self.scale = self.bench.parameters[Parameter.TORQUE_PER_CODE]
+        self.limit = self.bench.parameters[Parameter.TORQUE_LIMIT]
 
     def some(self, size: float) -> tuple[float, ...]:
         """Six numbers between -size and size."""
         return tuple(self.random.uniform(-size, size) for _ in range(6))
+
+    def with_own_inertia(self, row: Sequence[float]) -> tuple[float, ...]:
+        """A row of the inertia matrix whose own element can be: up to ten times the nominal."""
+        p, i = self.bench.parameters, self.bench.index
+        nominal = p[Parameter.KP] / p[Parameter.NATURAL_FREQUENCY] ** 2
+        return (*row[:i], self.random.uniform(0.0, 10.0 * nominal), *row[i + 1 :])
 
     def cycle(
         self, e: Sequence[float], v: Sequence[float], a: Sequence[float], own: float = 0.0
@@ -55,7 +63,7 @@ class Injector:
 
     def expect(self, dac: Dac, torque: float) -> None:
         """The code is that of a torque (Nm), to half a code and float32."""
-        assert abs(torque) < self.bench.parameters[Parameter.TORQUE_LIMIT], "choose smaller errors"
+        assert abs(torque) < self.limit, "choose smaller errors"
         assert dac.current_dac * self.scale == pytest.approx(
             torque, abs=0.501 * abs(self.scale), rel=1e-4
         )
@@ -104,8 +112,13 @@ def test_mixed_rows_act_in_the_cycle_that_names_them(injector: Injector, law: La
     size = 0.002 if law is Law.PID else 0.0005
     for number in range(10, 20):
         c, mc = injector.some(0.8 if law is Law.PID else 0.02), injector.some(0.02)
-        gravity = injector.random.uniform(-0.3, 0.3)
-        bench.rows(number, compliance=c, weighted=mc, gravity=gravity, law=law)
+        if law is Law.PID:
+            mc = injector.with_own_inertia(mc)
+        else:
+            c = injector.with_own_inertia(c)
+        gravity = injector.random.uniform(-0.1, 0.1) * injector.limit
+        told = {"gravity": gravity, "selection": 1}
+        bench.rows(number, compliance=c, weighted=mc, law=law, **told)  # type: ignore[arg-type]
         e, v, a = injector.some(size), injector.some(0.01), injector.some(3.0)
         dac, error = injector.cycle(e, v, a, own=injector.random.uniform(-size, size))
         torque = injector.law(*injector.whole(e, v, a, error), c, mc, law)
@@ -115,7 +128,7 @@ def test_mixed_rows_act_in_the_cycle_that_names_them(injector: Injector, law: La
 def test_a_row_without_the_own_joint_makes_it_follow_the_others(wire: Wire) -> None:
     injector = Injector(wire, 3, ARMS["puma560"])
     row = (0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
-    injector.bench.rows(5, compliance=row)
+    injector.bench.rows(5, compliance=row, selection=1)
     gain = injector.bench.parameters[Parameter.KP]
     for other in (0.01, -0.02):
         dac, _ = injector.cycle((0.0, other, 0.0, 0.0, 0.0, 0.0), ZERO, ZERO, own=0.03)
@@ -130,10 +143,11 @@ def test_identity_rows_leave_the_joint_to_itself(injector: Injector) -> None:
 
 
 def test_a_fully_compliant_joint_bears_its_weight_and_no_more(injector: Injector) -> None:
-    injector.bench.rows(5, compliance=ZERO, gravity=0.4)
+    gravity = 0.2 * injector.limit
+    injector.bench.rows(5, compliance=ZERO, gravity=gravity, selection=1)
     dac, error = injector.cycle(injector.some(0.5), injector.some(5.0), ZERO, own=0.01)
     assert error.error != 0.0
-    injector.expect(dac, 0.4)
+    injector.expect(dac, gravity)
 
 
 # --- swapping ----------------------------------------------------------------------------------
@@ -196,17 +210,18 @@ def test_a_half_arrived_row_set_never_acts() -> None:
     rows = RowSets(4)
     before = (rows.law_row, rows.inertia_row, rows.gravity, rows.law, rows.number)
     rows.receive(Rows(*(1.0,) * 12, 9.0, 7, Law.WEIGHTED, 8.0, 3, 1))
-    assert not rows.activate(6)
+    assert rows.waiting(6) is None
     assert (rows.law_row, rows.inertia_row, rows.gravity, rows.law, rows.number) == before
-    assert rows.activate(7)
+    waiting = rows.waiting(7)
+    assert waiting is not None
+    rows.activate(waiting)
     assert (rows.gravity, rows.law, rows.number) == (9.0, Law.WEIGHTED, 7)
-    assert rows.activate(7)  # named again: nothing changes
 
 
 def test_no_set_is_named_while_the_master_has_sent_none() -> None:
     rows = RowSets(4)
-    assert rows.activate(NO_SET)
-    assert not rows.activate(1)
+    assert rows.number == NO_SET
+    assert rows.waiting(1) is None
 
 
 def test_set_numbers_wrap(second: Injector) -> None:

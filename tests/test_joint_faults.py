@@ -19,6 +19,11 @@ HOMING: Final = "test_joint_homing.py"
 NODE: Final = "test_joint_node.py"
 RUNAWAY: Final = "test_joint_runaway.py"
 DUPLICATE: Final = "test_joint_duplicate.py"
+SENSORS: Final = "test_joint_sensors.py"
+AMPLIFIER: Final = "test_joint_amplifier.py"
+DRIVE: Final = "test_joint_drive.py"
+ROWS: Final = "test_joint_implausible_rows.py"
+BUS: Final = "test_joint_bus_watch.py"
 
 F = FaultCode
 PROVOKED: Final[dict[FaultCode, tuple[str, str]]] = complete(
@@ -49,6 +54,31 @@ PROVOKED: Final[dict[FaultCode, tuple[str, str]]] = complete(
         F.EMERGENCY_STOP: (NODE, "test_emergency_stop_ends_torque_at_once"),
         F.RUNAWAY: (RUNAWAY, "test_a_motor_that_drives_away_loses_its_torque_within_five_cycles"),
         F.DUPLICATE_NODE: (DUPLICATE, "test_a_second_node_of_its_number_stops_a_joint_in_motion"),
+        F.SENSOR_MISMATCH: (SENSORS, "test_sensors_that_contradict_each_other_end_torque"),
+        F.SENSOR_STUCK: (
+            SENSORS,
+            "test_a_tachometer_that_sticks_is_found_when_the_joint_slows_down",
+        ),
+        F.ADC_SATURATED: (
+            SENSORS,
+            "test_a_velocity_converter_at_its_rail_is_replaced_by_the_encoder_then_damps",
+        ),
+        F.AMPLIFIER_FAULT: (
+            AMPLIFIER,
+            "test_an_amplifier_that_sticks_ends_torque_in_its_second_cycle",
+        ),
+        F.OVERSPEED: (DRIVE, "test_a_joint_that_is_too_fast_for_two_cycles_loses_its_torque"),
+        F.FOLLOWING_ERROR: (
+            DRIVE,
+            "test_a_joint_that_is_faster_than_it_is_told_loses_its_torque_in_two_cycles",
+        ),
+        F.OVERLOAD: (DRIVE, "test_a_joint_that_carries_too_much_is_damped_also_after_reset"),
+        F.STALL: (DRIVE, "test_a_joint_that_pushes_and_does_not_turn_is_damped"),
+        F.ROWS_IMPLAUSIBLE: (ROWS, "test_three_syncs_that_name_such_rows_stop_the_joint"),
+        F.FOREIGN_MASTER: (BUS, "test_a_heartbeat_of_a_second_master_stops_the_joint"),
+        F.BAD_FRAMES: (BUS, "test_three_bad_frames_in_ten_cycles_stop_the_joint"),
+        F.BUS_OFF: (BUS, "test_a_controller_that_was_off_the_bus_damps_the_joint"),
+        F.QUEUE_OVERFLOW: (BUS, "test_frames_lost_in_three_cycles_in_a_row_stop_the_joint"),
     },
     LADDERS,
 )
@@ -66,15 +96,27 @@ def faults_in(tree: ast.AST) -> set[str]:
     }
 
 
+def names_in(tree: ast.Module) -> dict[str, set[str]]:
+    """Names that a module has for members of FaultCode."""
+    return {
+        statement.target.id: faults_in(statement.value)
+        for statement in tree.body
+        if isinstance(statement, ast.AnnAssign)
+        and isinstance(statement.target, ast.Name)
+        and isinstance(statement.value, ast.Attribute)
+    }
+
+
 def raised() -> set[str]:
     """Faults that a node passes to its ladder, or to what does so."""
     found = set()
     for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith(
-                (".miss", ".trip", "._leave_range")
-            ):
-                found |= faults_in(ast.Module([ast.Expr(arg) for arg in node.args], []))
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        names = names_in(tree)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith((".miss", ".trip")):
+                for argument in node.args:
+                    found |= faults_in(argument) | names.get(ast.unparse(argument), set())
     return found
 
 

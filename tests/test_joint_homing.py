@@ -177,7 +177,7 @@ def test_a_joint_searches_slowly_towards_the_middle_and_then_holds(name: str, pa
 
 def test_a_joint_that_knows_its_zero_homes_at_once_again(wire: Wire) -> None:
     bench = JointBench(wire).enable()
-    zero = bench.controller.encoder.zero_counts
+    zero = bench.controller.sensing.encoder.zero_counts
     assert zero == -bench.POWER_UP_COUNTS
     bench.command(Command.STOP)
     bench.command(Command.RESET)
@@ -186,7 +186,7 @@ def test_a_joint_that_knows_its_zero_homes_at_once_again(wire: Wire) -> None:
     bench.measure()
     bench.say(Reference, bench.number, 0, 0, 0, bench.cycle & 0xFF)  # no index, nor needed
     assert bench.state is NodeState.READY
-    assert bench.controller.encoder.zero_counts == zero
+    assert bench.controller.sensing.encoder.zero_counts == zero
 
 
 def test_wrong_potentiometer_fails_homing_and_keeps_the_arm_disabled(wire: Wire) -> None:
@@ -277,7 +277,6 @@ def search(bench: JointBench, index_valid: int, moves: bool) -> list[FaultCode]:
             break
         if moves:
             bench.speed = towards
-            bench.q[bench.index] += towards * PERIOD_S
     return [FaultCode(emergency.fault) for emergency in bench.emergencies()]
 
 

@@ -2,9 +2,10 @@
 
 import pytest
 from support.bench import PERIOD_NS
-from support.joint_bench import JointBench
+from support.joint_bench import ANY_SPEED, JointBench
 
 from rfms_can.joint_nodes.ladder import LADDERS, Ladder, Reaction
+from rfms_can.joint_nodes.sensing import HARD_MARGIN_RAD
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 
@@ -52,7 +53,8 @@ def test_the_third_missing_sync_stops_the_joint_and_says_so_once(
     assert len(codes) == syncs - 2  # it drives itself to rest with the plant's own MEASURE
 
 
-def test_the_fifth_missing_sync_damps_with_a_capped_torque(bench: JointBench) -> None:
+def test_the_fifth_missing_sync_damps_with_a_capped_torque(wire: Wire) -> None:
+    bench = JointBench(wire, changes=ANY_SPEED).enable()
     _free_run(bench, 4)
     cap = 0.2 * bench.parameters[Parameter.TORQUE_LIMIT]
     scale = bench.parameters[Parameter.TORQUE_PER_CODE]
@@ -65,10 +67,20 @@ def test_the_fifth_missing_sync_damps_with_a_capped_torque(bench: JointBench) ->
     assert bench.node.reaction is Reaction.DAMP
 
 
-def test_a_damped_joint_that_leaves_its_range_goes_off(bench: JointBench) -> None:
+def test_a_damped_joint_that_leaves_its_range_goes_off(wire: Wire) -> None:
+    bench = JointBench(wire)
+    end = bench.arm.joint_limits[bench.index][1]
+    bench.q[bench.index] = end
+    bench.enable()
     _free_run(bench, 5)
-    bench.q[bench.index] = bench.arm.joint_limits[bench.index][1] + 0.06
-    assert _free_run(bench, 1) == [0]
+    assert bench.node.reaction is Reaction.DAMP
+    bench.speed = 1.0
+    codes = []
+    while bench.node.reaction is Reaction.DAMP:
+        codes += _free_run(bench, 1)
+    assert 0.0 < bench.q[bench.index] - end - HARD_MARGIN_RAD < 1.0 * PERIOD_NS * 1e-9
+    assert len(codes) > 10 and 0 not in codes[:-1]
+    assert codes[-1] == 0
     assert bench.emergencies()[-1].fault == FaultCode.HARD_LIMIT
     assert _free_run(bench, 3) == []
 

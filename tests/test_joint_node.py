@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 from support.bench import PERIOD_NS, Heard
-from support.joint_bench import JointBench, step_limit
+from support.joint_bench import ANY_SPEED, JointBench, step_limit
 
 from rfms_can.arm import ARMS
 from rfms_can.joint_nodes.joint import JointNode
@@ -34,10 +34,11 @@ def test_own_solution_is_the_full_solution_of_the_t6_on_the_wire(
     wire: Wire, name: str, joint: int
 ) -> None:
     arm, rng = ARMS[name], random.Random(joint)
-    bench = JointBench(wire, joint, arm).enable()
+    step = 0.25 * step_limit(JointBench(wire, joint, arm))
+    bench = JointBench(wire, joint, arm, ANY_SPEED).enable()
     codec = wire.codec(Setpoint, 1)
     for _ in range(40):
-        bench.q = [q + rng.uniform(-0.6, 0.6) * step_limit(bench) for q in bench.q]
+        bench.q = [q + rng.uniform(-step, step) for q in bench.q]
         bench.sync()
         answers = bench.setpoint() + bench.measure(bench.q[bench.index] - 0.001)
         bench.other_errors()
@@ -64,11 +65,10 @@ def test_solvers_of_all_joints_agree_where_the_arm_stands(wire: Wire) -> None:
 
 def test_error_tells_error_rate_and_the_commanded_acceleration(bench: JointBench) -> None:
     """Along theta = 1/2 a t2 the rate is a t, less the speed measured, and the acceleration a."""
-    start, a = bench.q[bench.index], 2.0
+    a = 2.0
     for k in range(1, 60):
         t = k * PERIOD
-        bench.q[bench.index] = start + 0.5 * a * t * t
-        bench.speed = 0.3
+        bench.speed = a * (t - 0.5 * PERIOD)
         (error,) = bench.errors(bench.run())
         if k >= 5:  # the start has left the four set-points the rate is made of
             assert error.error == pytest.approx(bench.q[1] - bench.angle(), abs=3e-7)

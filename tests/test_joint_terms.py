@@ -48,7 +48,9 @@ def test_the_terms_of_a_servo_torque_add_up_to_it(
         set_number = number % 200
         told = (gravity, set_number, law, 12.0, selection, number % 200)
         rows.receive(Rows._make((*c, *mc, *told, 0)))
-        assert rows.activate(set_number)
+        waiting = rows.waiting(set_number)
+        assert waiting is not None
+        rows.activate(waiting)
         for cycle in range(12):
             torques = []
             for one in (servo, plain):

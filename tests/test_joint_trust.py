@@ -6,9 +6,10 @@ import pytest
 from support.bench import FieldNodeBench
 from support.joint_bench import JointBench
 
+from rfms_can.arm import ARMS, Arm
 from rfms_can.joint_nodes.gripper import GripperNode
 from rfms_can.wire.contract import Wire
-from rfms_can.wire.nodes import GRIPPER, MASTER
+from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER
 from rfms_can.wire.records import (
     Bias,
     Comply,
@@ -18,7 +19,7 @@ from rfms_can.wire.records import (
     Nmt,
     Setpoint,
 )
-from rfms_can.wire.vocabulary import Command, ConfigStatus, NodeState, Parameter
+from rfms_can.wire.vocabulary import Command, ConfigStatus, FaultCode, NodeState, Parameter
 
 STEPS: list[Callable[[JointBench], object]] = [
     lambda bench: bench.sync(),
@@ -63,11 +64,26 @@ def test_a_second_master_does_not_take_the_counters_of_the_one_that_drives(wire:
         bench.command(Command.ANNOUNCE)
         bench.run()
     beat_of(bench, 0xB)
-    assert bench.node.ignored["HEARTBEAT of a second master"] == 1
+    (emergency,) = bench.emergencies()
+    assert emergency.fault == FaultCode.FOREIGN_MASTER
     foreign = wire.sender(Nmt)
-    bench.give(foreign.frame(Command.STOP, 0, 0))  # counter 0: an old frame to this joint
-    bench.run(3)
-    assert bench.state is NodeState.OPERATIONAL
+    bench.give(foreign.frame(Command.RESET, 0, 0))  # counter 0: an old frame to this joint
+    states = [bench.state]
+    bench.say(Nmt, None, Command.RESET, 0, 0)  # of the one that drives
+    states.append(bench.state)
+    assert states == [NodeState.QUICKSTOP, NodeState.PREOP]
+
+
+def test_a_joint_that_does_not_drive_ignores_a_second_master(wire: Wire) -> None:
+    """The others drive: SYNC says so, and this joint lies in READY."""
+    bench = JointBench(wire)
+    bench.configure()
+    bench.home()
+    bench.sync()
+    beat_of(bench, 0xA)
+    beat_of(bench, 0xB)
+    assert bench.node.ignored["HEARTBEAT of a second master"] == 1
+    assert (bench.state, bench.emergencies()) == (NodeState.READY, [])
 
 
 def test_a_master_that_starts_again_is_heard_once_the_other_is_silent(wire: Wire) -> None:
@@ -153,6 +169,7 @@ def test_a_commit_that_comes_again_changes_nothing(wire: Wire) -> None:
         (Parameter.INTEGRAL_LIMIT, Parameter.TORQUE_LIMIT),
         (Parameter.CONTINUOUS_TORQUE, Parameter.TORQUE_LIMIT),
         (Parameter.HOMING_SPEED, Parameter.SPEED_LIMIT),
+        (Parameter.TACHOMETER_LIMIT, Parameter.SPEED_LIMIT),
     ],
 )
 def test_bounds_that_contradict_each_other_are_refused_at_commit(
@@ -165,13 +182,26 @@ def test_bounds_that_contradict_each_other_are_refused_at_commit(
     assert bench.node.controller is None
 
 
+@pytest.mark.parametrize("arm", ARMS.values(), ids=lambda arm: arm.name)
+def test_overspeed_may_be_half_as_fast_again_as_the_speed_limit_and_no_more(
+    wire: Wire, arm: Arm
+) -> None:
+    """Also where float32 rounds the one up and the other down."""
+    for joint in JOINTS:
+        for factor, status in ((1.5, ConfigStatus.TAKEN), (1.50001, ConfigStatus.REFUSED_VALUE)):
+            bench = JointBench(wire, joint, arm)
+            limit = bench.parameters[Parameter.SPEED_LIMIT]
+            bench.parameters[Parameter.OVERSPEED_LIMIT] = factor * limit
+            assert bench.dialogue()[-1].values.status == status
+
+
 def test_the_gripper_knows_no_parameter_of_a_joint_alone(wire: Wire) -> None:
     bench: FieldNodeBench[GripperNode] = FieldNodeBench(GripperNode(wire, 7), wire, {})
     (answer,) = bench.say(Config, GRIPPER, Parameter.DH_A_1, 0, 0.0, 0)
     assert answer.values.status == ConfigStatus.UNKNOWN
 
 
-@pytest.mark.parametrize("parameter", [41, 63, 200])
+@pytest.mark.parametrize("parameter", [42, 63, 200])
 def test_a_parameter_of_a_later_version_is_unknown_and_leaves_the_set_whole(
     wire: Wire, parameter: int
 ) -> None:

@@ -51,7 +51,7 @@ def test_homing_ends_when_all_know_where_they_are(fleet: Fleet) -> None:
     assert {node.state for node in (*fleet.joints, fleet.gripper)} == {NodeState.READY}
     for zero, joint in zip(fleet.master.arm_state.zero_counts, fleet.joints, strict=True):
         assert joint.controller is not None
-        assert joint.controller.encoder.zero_counts == zero
+        assert joint.controller.sensing.encoder.zero_counts == zero
     counts = [drive.counts_per_radian for drive in PUMA_260.drives]
     truth = fleet.plant.physics.true_q
     for measured, true, per_rad in zip(fleet.master.arm_state.q, truth, counts, strict=True):

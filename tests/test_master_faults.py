@@ -10,8 +10,8 @@ from rfms_can.master.phases import Phase
 from rfms_can.wire.configuration import Clock
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import GRIPPER, JOINTS
-from rfms_can.wire.records import Dac, Emcy, Estop, JointError, Measure, Rows
+from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
+from rfms_can.wire.records import Dac, Emcy, Estop, JointError, Measure, Rows, Setpoint
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState
 
 
@@ -74,7 +74,9 @@ def test_silence_is_counted_in_a_row() -> None:
     for cycle in (1, 2, 4, 5, 7, 8):
         answers.missing = bit("DAC", 1)
         assert answers.unanswered(cycle) is None
-    assert answers.unanswered(9) == (1, "joint 1: no DAC_1 for 3 cycles")
+    lost = answers.unanswered(9)
+    assert lost == (1, "DAC_1", 3)
+    assert lost.words == "joint 1: no DAC_1 for 3 cycles"
 
 
 @pytest.mark.parametrize("clock", [Clock.VIRTUAL, Clock.LOCKSTEP])
@@ -108,17 +110,84 @@ def emergency(
 @pytest.mark.parametrize(
     ("culprit", "frame", "words"),
     [
-        (9, "MEASURE_5", "joint 5: MEASURE_MISSING (3, bound 3): MEASURE_5 of plant"),
-        (5, "", "joint 5: MEASURE_MISSING (3, bound 3)"),
-        (0, "MEASURE_5", "joint 5: MEASURE_MISSING (3, bound 3): MEASURE_5"),
-        (8, "", "joint 5: MEASURE_MISSING (3, bound 3): master"),
+        (9, "MEASURE_5", "joint 5: ROWS_MISSING (3, bound 3): MEASURE_5 of plant"),
+        (5, "", "joint 5: ROWS_MISSING (3, bound 3)"),
+        (0, "MEASURE_5", "joint 5: ROWS_MISSING (3, bound 3): MEASURE_5"),
+        (8, "", "joint 5: ROWS_MISSING (3, bound 3): master"),
     ],
 )
 def test_an_emergency_names_the_culprit(fleet: Fleet, culprit: int, frame: str, words: str) -> None:
     message = fleet.wire.codecs[frame].id if frame else 0
-    fault = FaultCode.MEASURE_MISSING
+    fault = FaultCode.ROWS_MISSING
     fleet.pump.post([emergency(fleet, 5, fault, 3.0, bound=3.0, culprit=culprit, message=message)])
     assert fleet.halted() == words
+
+
+@pytest.mark.parametrize(
+    ("fault", "missed", "sender", "evidence"),
+    [
+        (FaultCode.SYNC_MISSING, "SYNC", 8, "other nodes have answered it"),
+        (FaultCode.SETPOINT_MISSING, "SETPOINT_1", 8, "other joints have answered it"),
+        (FaultCode.MEASURE_MISSING, "MEASURE_5", 9, "the master has heard it"),
+        (FaultCode.ERROR_MISSING, "ERROR_2", 2, "the master has heard it"),
+    ],
+)
+@pytest.mark.parametrize("deaf", [True, False])
+def test_a_node_that_misses_what_others_have_heard_is_deaf(
+    fleet: Fleet, fault: FaultCode, missed: str, sender: int, evidence: str, deaf: bool
+) -> None:
+    """Where nothing was to be heard, by the master either, its sender is to blame."""
+    fleet.run(3)
+    if not deaf:  # neither in this cycle nor in the one before
+        fleet.pump.lose(lambda frame, to: to is fleet.master)
+        fleet.run(2)
+        fleet.pump.heal()
+        fleet.master.inputs.begin(Phase.RUN, fleet.master.cycle.number + 1)
+        fleet.master.inputs.begin(Phase.RUN, fleet.master.cycle.number + 1)
+    message = fleet.wire.codecs[missed].id
+    (frame,) = [emergency(fleet, 5, fault, 3.0, bound=3.0, culprit=sender, message=message)]
+    fleet.master.on_frame(frame, fleet.pump.now_ns)
+    culprit, words = fleet.master.culprit, fleet.master.fault or ""
+    assert culprit is not None
+    assert (culprit.frame, culprit.value, culprit.bound) == (missed, 3.0, 3.0)
+    blamed = "joint 5" if deaf else NODE_NAMES[sender]
+    assert culprit.sender == blamed
+    assert (f"but {evidence}: joint 5 does not hear" in words) is deaf
+
+
+@pytest.mark.parametrize("node", [5, 9])
+def test_who_hears_no_sync_while_a_joint_answers_is_deaf(fleet: Fleet, node: int) -> None:
+    fleet.run(3)
+    deaf = fleet.plant if node == PLANT else fleet.joints[node - 1]
+    fleet.pump.lose(lambda _, to: to is deaf)
+    fleet.halted()
+    culprit = fleet.master.culprit
+    assert culprit is not None and culprit.sender == NODE_NAMES[node]
+
+
+@pytest.mark.parametrize("fault", [FaultCode.ENCODER_GLITCH, FaultCode.HOMING_FAILED])
+def test_what_a_sample_says_is_of_the_joint_and_not_of_its_sender(
+    fleet: Fleet, fault: FaultCode
+) -> None:
+    message = fleet.wire.codecs["MEASURE_5"].id
+    fleet.pump.post([emergency(fleet, 5, fault, 0.3, bound=0.25, culprit=9, message=message)])
+    assert (fleet.halted() or "").endswith("MEASURE_5 of plant")
+    culprit = fleet.master.culprit
+    assert culprit is not None and (culprit.sender, culprit.frame) == ("joint 5", "MEASURE_5")
+
+
+@pytest.mark.parametrize(("lost", "sender"), [(JOINTS, "master"), ((2, 3, 4, 5, 6), "joint 2")])
+def test_what_all_joints_lack_at_once_is_the_set_point(
+    fleet: Fleet, lost: tuple[int, ...], sender: str
+) -> None:
+    """One that answers shows that it has gone out."""
+    deaf = [fleet.joints[joint - 1] for joint in lost]
+    setpoint = fleet.id(Setpoint, 1)
+    fleet.pump.lose(lambda frame, to: frame.id == setpoint and to in deaf)
+    assert fleet.halted().startswith(f"{sender}: ")
+    culprit = fleet.master.culprit
+    assert culprit is not None and culprit.sender == sender
+    assert culprit.cycle is not None
 
 
 def test_a_fault_that_only_a_later_version_knows_is_told_by_its_number(fleet: Fleet) -> None:

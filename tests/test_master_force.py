@@ -241,7 +241,7 @@ def test_a_guarded_move_ends_where_it_meets_something_and_says_what(fleet: Pushe
 def test_what_the_last_guarded_move_met_does_not_stop_the_next(fleet: PushedFleet) -> None:
     first = fleet.move((0.3, 0, 0, 0, 0, 0), 1.0, stop_on_force={"fx": 8.0})
     fleet.run(60)
-    fleet.push = (-30.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    fleet.push = (-15.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     fleet.settle(first)
     fleet.push = (0.0,) * 6
     fleet.settle(fleet.move())

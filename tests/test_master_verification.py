@@ -82,9 +82,9 @@ def test_a_joint_beyond_its_bound_for_three_cycles_does_not_follow(
         assert verification.check(AT, None, less(AT, off), off) is None
     reason = verification.check(AT, None, less(AT, off), off)
     assert reason is not None
-    assert reason.startswith(f"joint {joint} does not follow: MEASURE_{joint} is ")
-    assert f"{AT[joint - 1]:.6f} rad was commanded" in reason
-    assert f"{off[joint - 1]:.4f} rad, bound {verification.bounds[joint - 1]:g} rad" in reason
+    assert reason.words.startswith(f"joint {joint} does not follow: MEASURE_{joint} is ")
+    assert f"{AT[joint - 1]:.6f} rad was commanded" in reason.words
+    assert f"{off[joint - 1]:.4f} rad, bound {verification.bounds[joint - 1]:g} rad" in reason.words
 
 
 def test_just_inside_its_bound_it_goes_on(verification: Verification) -> None:
@@ -109,8 +109,34 @@ def test_an_error_that_is_not_that_of_the_encoder_is_told(
         assert verification.check(AT, None, less(AT, off), ZERO) is None
     reason = verification.check(AT, None, less(AT, off), ZERO)
     assert reason is not None
-    assert reason.startswith(f"joint {joint}: ERROR_{joint} tells 0.000000 rad, but MEASURE_")
-    assert "another set-point" in reason
+    assert reason.words.startswith(f"joint {joint}: ERROR_{joint} tells 0.000000 rad, but MEASURE_")
+    assert "another set-point" in reason.words
+    assert (reason.culprit.sender, reason.culprit.frame) == (f"joint {joint}", f"ERROR_{joint}")
+    assert reason.culprit.bound == AGREEMENT
+
+
+def test_what_several_joints_tell_at_once_is_the_set_points_doing(
+    verification: Verification,
+) -> None:
+    off = tuple(3.0 * AGREEMENT if joint in (2, 5) else 0.0 for joint in JOINTS)
+    for _ in range(CYCLES):
+        reason = verification.check(AT, None, less(AT, off), ZERO, cycle=7)
+    assert reason is not None
+    assert reason.words.startswith("master: SETPOINT_1 is another one for joint 2 and 1 more")
+    assert (reason.culprit.sender, reason.culprit.frame) == ("master", "SETPOINT_1")
+    assert reason.culprit.cycle == 7
+
+
+@pytest.mark.parametrize(("altered", "sender"), [(0, "joint 1"), (2, "master")])
+def test_one_joint_is_not_to_blame_for_a_set_point_that_went_out_altered(
+    verification: Verification, altered: int, sender: str
+) -> None:
+    off = only(1, 3.0 * AGREEMENT)
+    verification.check(AT, None, AT, ZERO, altered=2)  # long ago: that set-point did no harm
+    for number in range(CYCLES):
+        seen = 2 + min(altered, number + 1)
+        reason = verification.check(AT, None, less(AT, off), ZERO, altered=seen)
+    assert reason is not None and reason.culprit.sender == sender
 
 
 def test_the_displacement_of_comply_belongs_to_what_was_commanded(
@@ -139,7 +165,7 @@ def test_after_a_cycle_without_error_a_transition_may_differ_a_little_until_rest
         assert verification.check(AT, None, less(AT, slightly), ZERO) is None
     verification.rested()
     reasons = [verification.check(AT, None, less(AT, slightly), ZERO) for _ in range(CYCLES)]
-    assert reasons[-1] is not None and reasons[-1].startswith("joint 3: ERROR_3")
+    assert reasons[-1] is not None and reasons[-1].words.startswith("joint 3: ERROR_3")
 
 
 def test_no_doubt_covers_more_than_a_cycle_at_the_speed_limit(verification: Verification) -> None:
@@ -163,8 +189,8 @@ def test_while_it_complies_only_what_is_held_is_bounded(verification: Verificati
     for _ in range(CYCLES):
         reason = verification.check(AT, None, less(AT, off), off, ALL, held)
     assert reason is not None
-    assert reason.startswith("joint 3 does not follow")
-    assert "held part off by" in reason
+    assert reason.words.startswith("joint 3 does not follow")
+    assert "held part off by" in reason.words
 
 
 def test_a_law_that_parts_no_directions_bounds_nothing_while_it_complies() -> None:
@@ -174,7 +200,9 @@ def test_a_law_that_parts_no_directions_bounds_nothing_while_it_complies() -> No
         assert verification.check(AT, None, less(AT, off), off, ALL, np.eye(6)) is None
     for _ in range(CYCLES):
         reason = verification.check(AT, None, less(AT, off), ZERO, ALL, np.eye(6))
-    assert reason is not None and "ERROR_3 tells" in reason  # what it says is held to all the same
+    assert (
+        reason is not None and "ERROR_3 tells" in reason.words
+    )  # what it says is held to all the same
 
 
 # --- with nodes ----------------------------------------------------------------------------------

@@ -200,9 +200,9 @@ def test_hard_stops_are_never_passed_and_end_the_motion(direction: float) -> Non
     torque = [direction * drive.torque_limit for drive in arm.drives]
     for _ in range(600):
         model.step(torque, steps=5)
-        for angle, (lower, upper) in zip(model.q, arm.joint_limits, strict=True):
+        for angle, (lower, upper) in zip(model.q, arm.hard_stops, strict=True):
             assert lower <= angle <= upper
-    stops = [upper if direction > 0.0 else lower for lower, upper in arm.joint_limits]
+    stops = [upper if direction > 0.0 else lower for lower, upper in arm.hard_stops]
     assert model.q == pytest.approx(stops, abs=1e-12)
     assert model.qd == pytest.approx([0.0] * JOINT_COUNT, abs=1e-9)
     model.step([-t for t in torque], steps=5)

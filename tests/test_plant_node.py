@@ -6,13 +6,13 @@ import pytest
 from support.bench import PERIOD_NS, Bench, Heard
 
 from rfms_can.arm import PUMA_260
-from rfms_can.plant.brake_watchdog import SILENT_CYCLES, SPEECHLESS_CYCLES
+from rfms_can.plant.brake_watchdog import DEAF_CYCLES, SILENT_CYCLES, SPEECHLESS_CYCLES
 from rfms_can.plant.node import PlantNode
 from rfms_can.plant.physics import PlantPhysics
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER
 from rfms_can.wire.records import Dac, Estop, Heartbeat, Measure, Nmt, Sync
-from rfms_can.wire.vocabulary import DRIVEN, Command, NodeState
+from rfms_can.wire.vocabulary import DRIVEN, Command, FaultCode, NodeState
 
 
 class ScriptedPhysics(PlantPhysics):
@@ -417,3 +417,39 @@ def test_a_second_master_is_heard_only_where_none_drives(
     bench.give(bench.wire.sender(Heartbeat, MASTER).frame(state, 0, 0, 12, 0, 0, 0, 0))
     bench.give(bench.wire.sender(Nmt).frame(Command.RESET, 0, 0))
     assert bench.node._stopped == (state in DRIVEN)
+
+
+# --- a plant that hears nothing -------------------------------------------------------------------
+
+
+def driven(bench: PlantBench, state: NodeState = NodeState.OPERATIONAL) -> None:
+    bench.sync(state)
+    bench.dacs(40)
+    bench.sync(state)
+
+
+def test_a_plant_that_misses_sync_tells_it_once_in_the_third_period(bench: PlantBench) -> None:
+    driven(bench)
+    told = [[h.values for h in bench.miss_syncs(1) if h.name == "EMCY_9"] for _ in range(8)]
+    assert [len(emergencies) for emergencies in told] == [0, 0, 1, 0, 0, 0, 0, 0]
+    (emergency,) = told[2]
+    assert (emergency.fault, emergency.culprit) == (FaultCode.SYNC_MISSING, MASTER)
+    assert (emergency.frame, emergency.value, emergency.bound) == (bench.wire.id(Sync), 3.0, 3.0)
+
+
+def test_where_nothing_is_driven_it_misses_nothing(bench: PlantBench) -> None:
+    driven(bench, NodeState.READY)
+    assert not [h for h in bench.miss_syncs(8) if h.name == "EMCY_9"]
+
+
+@pytest.mark.parametrize("deaf", [DEAF_CYCLES - 1, DEAF_CYCLES])
+def test_brakes_stay_open_where_a_deaf_plant_hears_again_in_time(
+    bench: PlantBench, deaf: int
+) -> None:
+    """It hears SYNC first, and the joints' DAC behind it."""
+    driven(bench)
+    bench.dacs(40)
+    bench.miss_syncs(deaf)
+    assert braked(bench.sync(NodeState.OPERATIONAL)) == [deaf == DEAF_CYCLES] * 6
+    bench.dacs(30)
+    assert braked(bench.sync(NodeState.OPERATIONAL)) == [deaf == DEAF_CYCLES] * 6

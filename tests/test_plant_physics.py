@@ -132,5 +132,5 @@ def test_any_codes_and_brakes_leave_the_arm_in_its_range(arm: Arm) -> None:
         brakes = [dice.random() < 0.15 for _ in range(JOINT_COUNT)]
         for _ in range(10):
             plant.step_period(codes, ZERO, brakes)
-            for q, (lower, upper) in zip(plant.true_q, arm.joint_limits, strict=True):
+            for q, (lower, upper) in zip(plant.true_q, arm.hard_stops, strict=True):
                 assert lower <= q <= upper

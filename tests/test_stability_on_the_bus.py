@@ -87,8 +87,7 @@ def test_the_sampled_model_is_that_of_the_nodes(wire: Wire) -> None:
         torques = []
         for joint, values in enumerate(sets.newest.values, start=1):
             rows = RowSets(joint)
-            rows.receive(Rows._make((*values, 0)))
-            assert rows.activate(sets.newest.number)
+            rows.activate(Rows._make((*values, 0)))
             servo = Servo({**parameters[joint], Parameter.KI: 0.0}, joint)
             torques.append(servo.torque(e.tolist(), v.tolist(), (0.0,) * 6, rows, 0.0))
         wanted = loop.stiffness @ e + loop.damping @ v

@@ -8,12 +8,13 @@ import pytest
 from generated import DOCS
 from third_node import codec, kinematics, law, protection, setpoint
 from third_node.configuration import NUMBER, TABLE, Geometry, Parameters, hash_of, value_is_good
+from third_node.detectors import Amplifier, Motor, Tachometer, stop_begin
 from third_node.fit import weights
 from third_node.homing import Homing
 from third_node.node import Node
 from third_node.stop import Stop
 
-PAGES = ("node.md", "node-kinematics.md", "node-setpoint.md", "node-law.md")
+PAGES = ("node.md", "node-kinematics.md", "node-setpoint.md", "node-law.md", "node-detectors.md")
 BLOCK = re.compile(r"<!-- begin draw_node.py: ([\w-]+) -->(.*?)<!-- end", re.DOTALL)
 BLOCKS = {
     name: body
@@ -441,3 +442,43 @@ def test_stop_and_hold() -> None:
         if k in rows:
             _, speed, position = map(float, rows[k])
             assert [stop.speed, stop.position] == approx([speed, position], abs=2e-6)
+
+
+# --- detectors ------------------------------------------------------------------------------------
+
+
+def test_tachometer() -> None:
+    watch, before, counts_before = Tachometer(P), 0.0, 0
+    for _, counts, code, off, up, down, says in table("tachometer"):
+        v = int(code) * P.RATE_PER_CODE
+        moved = (int(counts) - counts_before) / P.COUNTS_PER_UNIT
+        assert moved / TAU - (v + before) / 2 == pytest.approx(float(off), abs=1e-6)
+        assert watch.differs(moved, v, before) == (says == "trips")
+        assert (watch.up, watch.down) == pytest.approx((float(up), float(down)), abs=1e-9)
+        before, counts_before = v, int(counts)
+    assert says == "trips"
+
+
+def test_currents() -> None:
+    watch = Amplifier(P)
+    for current, force in ((-200, 0), (-210, 0), (-190, 40), (-205, 0), (-200, 0)):
+        assert watch.border_passed(-2048) is None
+        watch.drive(current, force)
+    for code, says in table("currents"):
+        border = watch.border_passed(int(code))
+        assert (border is None) == (says == "")
+        assert border is None or border == pytest.approx(float(says), abs=1e-3)
+
+
+def test_heat() -> None:
+    watch = Motor(P)
+    for torque, heat in table("heat"):
+        assert not watch.overheats(float(torque))
+        assert watch.heat == pytest.approx(float(heat), abs=1e-9)
+
+
+def test_begins() -> None:
+    for row in table("begins"):
+        p, w, theta, v, position, speed = map(float, row)
+        made = stop_begin(P, (p, w), (theta, v))
+        assert made == pytest.approx((position, speed), abs=1e-6)

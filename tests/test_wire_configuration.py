@@ -8,16 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rfms_can.arm import ARMS, Arm
+from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.wire.configuration import (
+    DEFAULTS,
     GRIPPER_PARAMETERS,
+    JOINT_PARAMETERS,
     PARAMETERS,
     RIGHT_ANGLE_UNITS,
     DhRow,
     configuration_hash,
+    contradiction,
     geometry_rows,
     geometry_values,
     sensor_sources,
 )
+from rfms_can.wire.nodes import GRIPPER, JOINTS
 from rfms_can.wire.vocabulary import Parameter
 
 
@@ -111,3 +116,81 @@ def test_the_hash_is_a_crc_over_pairs_in_ascending_order() -> None:
     assert configuration_hash(dict(reversed(values.items()))) == crc
     driven = {Parameter.CLOCK: 1.0, Parameter.BARRIER: 0.5}
     assert configuration_hash({**values, **driven}) == crc  # the same on every bus
+
+
+# --- parameters added since, and sets that contradict themselves ----------------------------------
+
+
+def test_what_was_added_later_has_a_default_that_a_node_takes() -> None:
+    """A master that does not know it configures the joint all the same."""
+    assert set(DEFAULTS) == {Parameter.CURRENT_TOLERANCE, Parameter.RATE_ERROR_LIMIT}
+    for parameter, value in DEFAULTS.items():
+        assert PARAMETERS[parameter].refusal(value) is None
+        assert not PARAMETERS[parameter].gripper
+    assert JOINT_PARAMETERS | DEFAULTS.keys() == set(PARAMETERS)
+
+
+@pytest.mark.parametrize("arm", ARMS.values(), ids=lambda arm: arm.name)
+@pytest.mark.parametrize("period_s", [0.001, 0.004, 0.02])
+@pytest.mark.parametrize("compensated", [True, False])
+def test_what_a_master_tells_its_nodes_is_in_range_and_contradicts_nothing(
+    arm: Arm, period_s: float, compensated: bool
+) -> None:
+    nodes = all_parameters(arm, "corke", period_s, compensated=compensated)
+    for node in (*JOINTS, GRIPPER):
+        assert contradiction(nodes[node]) is None
+        for parameter, value in nodes[node].items():
+            assert PARAMETERS[parameter].refusal(value) is None, parameter.name
+
+
+BOUNDED = [
+    (Parameter.POSITION_MIN, Parameter.POSITION_MAX, 1.0),
+    (Parameter.INTEGRAL_LIMIT, Parameter.TORQUE_LIMIT, 1.0),
+    (Parameter.CONTINUOUS_TORQUE, Parameter.TORQUE_LIMIT, 1.0),
+    (Parameter.HOMING_SPEED, Parameter.SPEED_LIMIT, 1.0),
+    (Parameter.TACHOMETER_LIMIT, Parameter.SPEED_LIMIT, 1.0),
+    (Parameter.OVERSPEED_LIMIT, Parameter.SPEED_LIMIT, 1.5),
+]
+
+
+@pytest.mark.parametrize(("lesser", "greater", "factor"), BOUNDED)
+def test_a_parameter_beyond_another_that_bounds_it_is_named_with_both(
+    lesser: Parameter, greater: Parameter, factor: float
+) -> None:
+    assert contradiction({lesser: factor * 2.0, greater: 2.0}) is None
+    assert contradiction({lesser: 9.0}) is None  # it is asked where both are there
+    assert contradiction({greater: 2.0}) is None
+    told = contradiction({lesser: factor * 2.0 * 1.0001, greater: 2.0})
+    assert told is not None
+    words = f"{factor:g} times " if factor != 1.0 else ""
+    assert told.startswith(f"{lesser.name} ")
+    assert told.endswith(f" is beyond {words}{greater.name} 2")
+
+
+@given(st.floats(0.0078125, 100.0, width=32))
+def test_a_multiple_is_taken_as_float32_rounds_it(limit: float) -> None:
+    values = {Parameter.SPEED_LIMIT: limit, Parameter.OVERSPEED_LIMIT: float32(1.5 * limit)}
+    assert contradiction(values) is None
+    values[Parameter.OVERSPEED_LIMIT] = float32(1.50001 * limit)
+    assert contradiction(values) is not None
+
+
+@pytest.mark.parametrize(
+    ("parameter", "largest"),
+    [
+        (Parameter.FOLLOWING_ERROR_LIMIT, 0.5),
+        (Parameter.OVERSPEED_LIMIT, 150.0),
+        (Parameter.TACHOMETER_LIMIT, 100.0),
+        (Parameter.OVERLOAD_TIME, 60.0),
+        (Parameter.STALL_TIME, 5.0),
+        (Parameter.STUCK_TIME, 1.0),
+        (Parameter.CURRENT_TOLERANCE, 0.25),
+        (Parameter.RATE_ERROR_LIMIT, 0.5),
+    ],
+)
+def test_no_master_can_switch_a_detector_off(parameter: Parameter, largest: float) -> None:
+    """A bound has a largest value, whatever the master says."""
+    known = PARAMETERS[parameter]
+    assert (known.high, known.refusal(largest)) == (largest, None)
+    for value in (0.0, 1.01 * largest, 1e9):
+        assert known.refusal(value) is not None

@@ -18,7 +18,6 @@ from rfms_can.master.start_up.node_parameters import all_parameters
 from rfms_can.wire.codec import Record
 from rfms_can.wire.configuration import (
     GRIPPER_PARAMETERS,
-    LATER,
     PARAMETERS,
     Clock,
     configuration_hash,
@@ -42,7 +41,6 @@ NO_REFERENCE: Final = "the gripper needs none: it homes against its stop"
 NOT_SENT: Final = {
     **POSITIONS,
     "EMCY_8": HALTS,
-    "EMCY_9": "the plant brakes its joints; it has no ladder",
     "REFERENCE_7": NO_REFERENCE,
 }
 """Messages that none of our nodes sends, and why."""
@@ -193,14 +191,14 @@ def read_by(make: Callable[[], JointNode | GripperNode]) -> set[Parameter]:
     return read
 
 
-def test_a_joint_reads_every_parameter_but_those_for_later(wire: Wire) -> None:
-    read = read_by(lambda: JointNode(2, wire, 2))
-    assert set(PARAMETERS) - read == LATER, "read it, or list it in LATER"
+def test_a_joint_reads_every_parameter(wire: Wire) -> None:
+    unread = set(PARAMETERS) - read_by(lambda: JointNode(2, wire, 2))
+    assert unread == set(), "a parameter that the master sends and nothing reads"
 
 
-def test_a_gripper_reads_those_it_is_given_but_those_for_later(wire: Wire) -> None:
+def test_a_gripper_reads_those_it_is_given(wire: Wire) -> None:
     unread = GRIPPER_PARAMETERS - read_by(lambda: GripperNode(wire, 7))
-    assert unread == {Parameter.ARM_ID, *LATER & GRIPPER_PARAMETERS}, "ARM_ID is for its hash alone"
+    assert unread == {Parameter.ARM_ID}, "it is for its hash alone"
 
 
 def test_the_master_sends_each_node_what_it_needs_and_nothing_else() -> None:

@@ -11,6 +11,7 @@ from conform_law_traces import (
     Cycle,
     Trace,
     held,
+    loads,
     random_trace,
     trace,
 )
@@ -38,7 +39,7 @@ def codes() -> list[Trace]:
     gravity = [{"rows": {"gravity": torque}} for torque in torques]
     strong = [{"rows": {"gravity": torque}} for torque in cut]
     bias = [{"bias": force} for force in forces] + [{"bias": force} for force in cut]
-    fine = {**BARE, "TORQUE_PER_CODE": 0.004, "TORQUE_LIMIT": 12.0}
+    fine = {**BARE, "TORQUE_PER_CODE": 0.004, "TORQUE_LIMIT": 80.0}
     return [
         trace("the nearest code", gravity, BARE, begin=AT),
         trace("the nearest code, mirrored", gravity, {**BARE, **MIRRORED}, begin=AT),
@@ -57,8 +58,9 @@ def limits() -> list[Trace]:
     """The torque limit, met to the bit, and passed by the integral alone."""
     small = {"TORQUE_LIMIT": 0.3, "INTEGRAL_LIMIT": 0.2, "CONTINUOUS_TORQUE": 0.1}
     share: Cycle = {"selection": 1, "specification": 1}
-    unshared = {**share, "law_row": [0.5, 0.0, 0.0, 0.4, 0.0, 0.0], "gravity": 12.0}
+    unshared = {**share, "law_row": [0.5, 0.0, 0.0, 0.4, 0.0, 0.0]}
     shared = {**share, "law_row": [0.5, 0.6, -0.7, 0.4, 0.0, 0.0]}
+    there = loads(10.0, -10.0, step=2.5, **unshared)
     others = [[0.01, 0.0, 0.0], [-0.01, 0.0, 0.0], [0.01, 0.0, 0.0], *[[0.0, 0.0, 0.0]] * 2]
     return [
         trace(
@@ -67,12 +69,13 @@ def limits() -> list[Trace]:
                 cycle
                 for sign in (1.0, -1.0)
                 for cycle in (
-                    {"rows": {"gravity": 10.0 * sign}},
+                    *loads(10.0 * sign, step=2.5),
                     *off(sign * 40 / 8192, 6),
-                    {"rows": {"gravity": 5.0 * sign}},
+                    *loads(10.0 * sign, step=2.5)[2:0:-1],
                     *held(2),
-                    {"rows": {"gravity": 10.0 * sign}},
+                    *loads(10.0 * sign, step=2.5)[1:],
                     *off(-sign * 40 / 8192, 6),
+                    *loads(10.0 * sign, step=2.5)[2::-1],
                     {"rows": {}},
                     *off(0.0, 2),
                 )
@@ -86,8 +89,9 @@ def limits() -> list[Trace]:
                 cycle
                 for sign in (1.0, -1.0)
                 for cycle in (
-                    {"rows": {"gravity": 9.5 * sign}},
+                    *loads(9.5 * sign, step=2.5),
                     *off(sign * 80 / 8192, 60),
+                    *loads(9.5 * sign, step=2.5)[2::-1],
                     {"rows": {}},
                     *held(2),
                     *off(-sign * 80 / 8192, 60),
@@ -99,20 +103,26 @@ def limits() -> list[Trace]:
         ),
         trace(
             "little torque",
-            [{"rows": {"gravity": g}} for g in (0.2, 0.31, 0.7, -0.2, -0.31, -0.7, 0.05)],
+            [
+                *loads(0.2, 0.3, step=0.07),
+                *[{"bias": bias} for bias in (0.05, 0.7, -0.05, -0.7, 0.05)],
+                *loads(0.3, -0.2, -0.3, 0.05, step=0.07)[5:],
+                *[{"bias": bias} for bias in (-0.05, -0.4, 0.4, None)],
+            ],
             {**BARE, **small, "TORQUE_PER_CODE": 2e-4},
             begin=AT,
         ),
         trace(
             "integrals without a share at the limit",
             [
-                {"rows": unshared, "others": others},
+                {"others": others},
+                *there[:4],
                 *held(20),
-                {"rows": shared},
+                {"rows": {**shared, "gravity": 7.5}},
                 *held(6),
-                {"rows": {**unshared, "gravity": -12.0}},
+                *there[4:],
                 *held(20),
-                {"rows": shared},
+                {"rows": {**shared, "gravity": -7.5}},
                 *held(6),
             ],
             {**ONLY_I, "KI": 40.0, "TORQUE_PER_CODE": 1e-3},

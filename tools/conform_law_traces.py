@@ -1,6 +1,8 @@
 """Inputs of the traces that ask for the law, homing and stopping; the node that plays has outputs.
 
-Measured angles are whole counts of the bench (1/8000 rad), speeds whole codes (0.002 rad/s).
+Measured angles are whole counts of the bench (1/8000 rad), speeds whole codes (0.002 rad/s). The
+joint of a trace is moved as the law is to be asked, and no encoder goes so where a tachometer says
+what it says: ``FREE`` takes the detectors away, as far as a node lets them be taken.
 """
 
 import math
@@ -14,6 +16,26 @@ Trace = dict[str, Any]
 COUNTS: Final = 8000.0
 RATE: Final = 0.002
 PERIOD_S: Final = 0.004
+FREE: Final = {
+    "SPEED_LIMIT": 100.0,
+    "OVERSPEED_LIMIT": 150.0,
+    "TACHOMETER_LIMIT": 100.0,
+    "FOLLOWING_ERROR_LIMIT": 0.5,
+    "STALL_TIME": 5.0,
+    "STUCK_TIME": 1.0,
+    "OVERLOAD_TIME": 60.0,
+}
+"""Bounds of the detectors that no trace meets that is about something else."""
+AS_THE_BENCH: Final = {
+    "SPEED_LIMIT": 2.0,
+    "OVERSPEED_LIMIT": 3.0,
+    "TACHOMETER_LIMIT": 2.0,
+    "FOLLOWING_ERROR_LIMIT": 0.2,
+    "STALL_TIME": 0.5,
+    "STUCK_TIME": 0.1,
+    "OVERLOAD_TIME": 5.0,
+}
+"""Those of the bench, where a trace is about steps and detectors."""
 NO_FRICTION: Final = {"COULOMB_POSITIVE": 0.0, "COULOMB_NEGATIVE": 0.0, "VISCOUS": 0.0}
 NO_GAINS: Final = {"KP": 0.0, "KI": 0.0, "KD": 0.0}
 BARE: Final = {**NO_FRICTION, **NO_GAINS}
@@ -36,9 +58,15 @@ COMPLYING: Final = {
 }
 WEIGHTED: Final = {
     "law": "WEIGHTED",
-    "law_row": [0.05, 0.015, -0.008, 0.003, 0.001, -0.002],
+    "law_row": [0.06, 0.02, -0.01, 0.004, 0.0, -0.003],
     "inertia_row": [0.06, 0.02, -0.01, 0.004, 0.0, -0.003],
     "gravity": -0.7,
+}
+WEIGHTED_COMPLYING: Final = {
+    **WEIGHTED,
+    "law_row": [0.05, 0.015, -0.008, 0.003, 0.001, -0.002],
+    "selection": 9,
+    "damping": 15.0,
 }
 
 
@@ -63,8 +91,21 @@ def codes(speed: float) -> float:
 
 
 def trace(name: str, cycles: list[Cycle], changes: Cycle | None = None, **more: Any) -> Trace:
-    """A trace; ``more`` as where it begins."""
-    return {"name": name, "changes": changes or {}, **more, "cycles": cycles}
+    """A trace without detectors, but for ``changes``; ``more`` as where it begins."""
+    return {"name": name, "changes": {**FREE, **(changes or {})}, **more, "cycles": cycles}
+
+
+def loads(*gravities: float, step: float = 2.4, **rows: Any) -> list[Cycle]:
+    """Sets of rows that come to each gravity, Nm, in steps that a joint takes for a load."""
+    cycles: list[Cycle] = []
+    at = 0.0
+    for gravity in gravities:
+        while abs(gravity - at) > step:
+            at += math.copysign(step, gravity - at)
+            cycles.append({"rows": {**rows, "gravity": round(at, 6)}})
+        at = gravity
+        cycles.append({"rows": {**rows, "gravity": at}})
+    return cycles
 
 
 def held(cycles: int, **inputs: Any) -> list[Cycle]:
@@ -106,6 +147,16 @@ def run_up(
         yield angle, v
 
 
+def slowing(at: float, speed: float, cycles: int) -> list[Cycle]:
+    """A joint that brakes as the bench's stop does, and stands."""
+    found = []
+    for _ in range(cycles):
+        speed = math.copysign(max(0.0, abs(speed) - 8.0 * PERIOD_S), speed)
+        at += speed * PERIOD_S
+        found.append({"measured": counts(at), "speed": codes(speed)})
+    return found
+
+
 def terms() -> list[Trace]:
     """Each term of the law alone, either sign."""
     errors = (0.001, -0.001, 0.02, -0.03, 0.15, 0.21, -0.15, -0.21, 0.0)
@@ -115,11 +166,12 @@ def terms() -> list[Trace]:
     accelerations = [
         {"others": [[0.0, 0.0, 4.0 * (1.0 + k) * (i == k)] for i in range(5)]} for k in range(5)
     ]
-    gravity = [c for g in (2.5, -2.5, 9.0, 12.0, -12.0) for c in held(2, rows={"gravity": g})]
+    gravity = loads(2.5, -2.5, 9.0, 10.0, -10.0)
     inertia = {"inertia_row": [0.3, 0.1, -0.05, 0.07, 0.02, -0.03]}
     row = {"law_row": [0.6, 0.5, -0.4, 0.3, -0.2, 0.1]}
     comply = {**row, "selection": 1, "specification": 1}
-    weighted = {"law": "WEIGHTED", "law_row": [0.3, 0.2, -0.1, 0.15, -0.05, 0.1]}
+    weighing = [0.3, 0.2, -0.1, 0.15, -0.05, 0.1]
+    weighted = {"law": "WEIGHTED", "law_row": weighing, "inertia_row": weighing}
     damped = {**comply, "damping": 30.0}
     weighted_damped = {
         **weighted,
@@ -138,8 +190,6 @@ def terms() -> list[Trace]:
         trace("derivative", speeds, only_d, begin=0.1),
         trace("gravity", gravity, BARE, begin=0.1),
         trace("inertia", [{"rows": inertia}, *accelerations, *moving], BARE, begin=0.1),
-        trace("row of errors", [{"rows": row}, *each, *offsets(0.01, -0.01)], only_p, begin=0.1),
-        trace("row of rates", [{"rows": row}, *rates, *speeds[:8]], only_d, begin=0.1),
         trace(
             "row of errors, complying",
             [{"rows": comply}, *settle, *each, *offsets(0.01, -0.01)],
@@ -205,7 +255,9 @@ def integrals() -> list[Trace]:
         [0.0003, 0.0, 0.0],
         [0.02, 0.0, 0.0],
     ]
-    comply = {"law_row": [0.6, 0.5, -0.4, 0.3, -0.2, 0.1], "selection": 1, "specification": 1}
+    comply: Cycle = {
+        **{"law_row": [0.6, 0.5, -0.4, 0.3, -0.2, 0.1], "selection": 1, "specification": 1}
+    }
     weighted = {**comply, "law": "WEIGHTED", "law_row": [0.06, 0.05, -0.04, 0.03, -0.02, 0.01]}
     change = [
         *offsets(0.02, cycles=10),
@@ -244,12 +296,10 @@ def integrals() -> list[Trace]:
         trace(
             "anti-windup, complying",
             [
-                *held(
-                    40,
-                    rows={**comply, "gravity": 9.9},
-                    others=[[0.02, 0.0, 0.0], *[[-0.02, 0.0, 0.0]] * 4],
-                ),
-                *held(20, rows={**comply, "gravity": -9.9}),
+                *loads(9.9, -9.9, **comply)[:5],
+                *held(40, others=[[0.02, 0.0, 0.0], *[[-0.02, 0.0, 0.0]] * 4]),
+                *loads(9.9, -9.9, **comply)[5:],
+                *held(20),
             ],
             {**NO_FRICTION, "KD": 0.0, "KP": 20.0},
             begin=0.1,
@@ -342,13 +392,11 @@ def at_random() -> list[Trace]:
         random_trace("at random, rigid", 1, [RIGID]),
         random_trace("at random, PID complying", 2, [COMPLYING]),
         random_trace("at random, weighted", 3, [WEIGHTED]),
-        random_trace(
-            "at random, weighted, complying", 4, [{**WEIGHTED, "selection": 9, "damping": 15.0}]
-        ),
+        random_trace("at random, weighted, complying", 4, [WEIGHTED_COMPLYING]),
         random_trace(
             "at random, laws in turn",
             5,
-            [RIGID, COMPLYING, WEIGHTED, {**WEIGHTED, "selection": 9}],
+            [RIGID, COMPLYING, WEIGHTED, {**WEIGHTED_COMPLYING, "damping": 0.0}],
             DITHER_FRACTION=0.5,
         ),
         random_trace("at random, mirrored", 6, [RIGID, COMPLYING], **MIRRORED),
@@ -369,6 +417,7 @@ def random_trace(name: str, seed: int, rows: list[Cycle], **changes: float) -> T
     draw = random.Random(seed)
     cycles: list[Cycle] = []
     offset = 0.0
+    load = 0.12 * changes.get("TORQUE_LIMIT", 10.0)
     for k in range(70):
         x = 2.0 * math.pi * k / 70.0
         angle = round(0.1 + 0.05 * (1.0 - math.cos(x)) + 0.012 * math.sin(2.0 * x) ** 3, 7)
@@ -391,7 +440,7 @@ def random_trace(name: str, seed: int, rows: list[Cycle], **changes: float) -> T
             drawn = draw.choice(rows)
             cycle["rows"] = {
                 **drawn,
-                "gravity": round(draw.uniform(-2, 2), 3),
+                "gravity": round(draw.uniform(-load, load), 3),
                 "specification": k // 28,
             }
         if k % 9 == 3:

@@ -14,6 +14,7 @@ from conform_law_traces import (
     PERIOD_S,
     RIGID,
     WEIGHTED,
+    WEIGHTED_COMPLYING,
     Cycle,
     Trace,
     codes,
@@ -21,6 +22,7 @@ from conform_law_traces import (
     held,
     moved,
     run_up,
+    slowing,
     trace,
 )
 
@@ -29,7 +31,7 @@ SPEED: Final = 0.4
 MIDDLE: Final = 0.125
 """Of the bench's range, rad; and the distance of two indexes."""
 LIVES: Final = 5
-ROWS: Final = (RIGID, COMPLYING, WEIGHTED, {**WEIGHTED, "selection": 9, "damping": 15.0})
+ROWS: Final = (RIGID, COMPLYING, WEIGHTED, WEIGHTED_COMPLYING)
 CHANGES: Final[tuple[dict[str, float], ...]] = (
     {},
     MIRRORED,
@@ -98,7 +100,7 @@ def stops() -> list[Trace]:
     motion = moved(run_up(1.0, 24), 0.001)
     at = motion[-1]["measured"]
     stop: Cycle = {"command": "QUICKSTOP", "sync": "QUICKSTOP"}
-    twice = [*motion, stop, *_slowing(at, 1.0, 10), {"command": "QUICKSTOP"}, *held(12)]
+    twice = [*motion, stop, *slowing(at, 1.0, 10), {"command": "QUICKSTOP"}, *held(12)]
     # 25 cycles after the ramp a joint may choose where it rests; twelve still ones are asked for
     found = [trace("a stop that is commanded twice", twice, begin=0.1)]
     for still_from in (11, 12, 13, 14, 15):
@@ -109,24 +111,14 @@ def stops() -> list[Trace]:
     return found
 
 
-def _slowing(at: float, speed: float, cycles: int) -> list[Cycle]:
-    """A joint that brakes as the bench's stop does."""
-    found = []
-    for _ in range(cycles):
-        speed = max(0.0, speed - 8.0 * PERIOD_S)
-        at += speed * PERIOD_S
-        found.append({"measured": counts(at), "speed": codes(speed)})
-    return found
-
-
 # --- lives ----------------------------------------------------------------------------------------
 
 
 def life(seed: int) -> Trace:
     """A joint that is homed, enabled and stopped several times, and disturbed meanwhile."""
-    drawn = _Life(random.Random(seed))
-    cycles = drawn.lived()
     changes = CHANGES[seed % len(CHANGES)]
+    drawn = _Life(random.Random(seed), 0.12 * changes.get("TORQUE_LIMIT", 10.0))
+    cycles = drawn.lived()
     return {**trace(f"life {seed}", cycles, changes, begin=drawn.begin), "from": "PREOP"}
 
 
@@ -135,13 +127,15 @@ class _Life:
 
     Args:
         draw: where the draws come from.
+        load: largest gravity, Nm: two of them differ by no more than a joint takes for a load.
 
     Attributes:
         begin: where the joint was at first, rad.
     """
 
-    def __init__(self, draw: random.Random) -> None:
+    def __init__(self, draw: random.Random, load: float) -> None:
         self._draw = draw
+        self._load = load
         self.begin = self._at = counts(draw.uniform(-1.2, 1.2))
         self._specification = 0
         self._out: list[Cycle] = []
@@ -164,7 +158,7 @@ class _Life:
     def _rows(self) -> Cycle:
         """A set that no set before was."""
         self._specification += self._draw.randrange(2)
-        gravity = round(self._draw.uniform(-1.5, 1.5), 4)
+        gravity = round(self._draw.uniform(-self._load, self._load), 4)
         return {
             **self._draw.choice(ROWS),
             "gravity": gravity,
@@ -174,7 +168,7 @@ class _Life:
     def _home(self) -> None:
         draw = self._draw
         at = self._at
-        gravity = round(draw.uniform(-1.0, 1.0), 4)
+        gravity = round(draw.uniform(-self._load, self._load), 4)
         begin: Cycle = {
             **{"command": "HOME", "sync": "HOMING", "measured": at, "coarse": at, "speed": 0.0},
             **{"rows": {"gravity": gravity}, "comply": None, "bias": None},
@@ -235,8 +229,9 @@ class _Life:
     def _jumps(self) -> bool:
         """An encoder that jumps, and comes back or does not."""
         cycles, there = self._draw.choice((1, 2, 4)), self._at
+        back = -0.8 if there > 0.0 else 0.8
         for number in range(1, cycles + 1):
-            self._say(measured=counts(there + 0.03 * number))
+            self._say(measured=counts(there + back * number))
         if cycles > 2:
             self._say(self._draw.randrange(16, 24), speed=0.0)
         return cycles > 2
@@ -269,4 +264,4 @@ class _Life:
             self._say(self._draw.randrange(2, 30), command="QUICKSTOP", sync=sync, speed=0.0)
             if self._draw.random() < 0.5:
                 self._say(3, command="QUICKSTOP")
-        self._say(2, command="RESET", sync="PREOP", rows={"gravity": 0.01 * len(self._out)})
+        self._say(2, command="RESET", sync="PREOP", rows={"gravity": 0.001 * len(self._out)})

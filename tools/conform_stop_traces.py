@@ -3,6 +3,7 @@
 from typing import Any, Final
 
 from conform_law_traces import (
+    AS_THE_BENCH,
     MIRRORED,
     PERIOD_S,
     Cycle,
@@ -12,6 +13,7 @@ from conform_law_traces import (
     held,
     moved,
     run_up,
+    slowing,
     trace,
 )
 
@@ -75,7 +77,7 @@ def holds() -> list[Trace]:
     cycles: list[Cycle] = [*motion, {"command": "STOP", "sync": "READY", "speed": 0.0}, *held(3)]
     for begin in (0.22, 0.25):
         there = counts(begin)
-        cycles += [{"sync": "HOMING", "measured": there, "coarse": there}, *held(4)]
+        cycles += [{"measured": there, "coarse": there}, {"sync": "HOMING"}, *held(4)]
         cycles += [{"measured": counts(there + 0.002)}, *held(3), {"sync": "READY"}, *held(2)]
     return [trace("held after operation, where it is", cycles, begin=0.1)]
 
@@ -108,14 +110,10 @@ def stop(name: str, speed: float, begin: float = 0.1, push: int = 0, **inputs: A
     motion = moved(run_up(speed, 24, begin), 0.001)
     motion[0].update(inputs)
     cycles = [*motion, {"command": "QUICKSTOP", "sync": "QUICKSTOP"}]
-    at, v = motion[-1]["measured"], speed
-    for k in range(190 if push else 90):
-        v = v - 8.0 * PERIOD_S * (1 if v > 0 else -1) if abs(v) > 8.0 * PERIOD_S else 0.0
-        at += v * PERIOD_S
-        if push and k == push:
-            at += 0.003
-        cycles.append({"measured": counts(at), "speed": codes(v)})
-    return trace(name, cycles, begin=begin)
+    braking = slowing(motion[-1]["measured"], speed, 190 if push else 90)
+    for cycle in braking[push:] if push else ():
+        cycle["measured"] = counts(cycle["measured"] + 0.003)
+    return trace(name, [*cycles, *braking], begin=begin)
 
 
 def failings() -> list[Trace]:
@@ -126,6 +124,8 @@ def failings() -> list[Trace]:
     rows = {"gravity": 1.2}
     start = moved(run_up(0.6, 20))
     on = moved(run_up(0.6, 30))[20:]
+    away = [{**c, "measured": counts(c["angle"] - 0.05)} for c in on[:4]]
+    steps = {**on[0], "angle": on[0]["angle"] + 0.3}
     return [
         trace("SETPOINT lost for good", [{"rows": rows}, *start, *silent, *held(3)], begin=0.1),
         trace(
@@ -154,16 +154,19 @@ def failings() -> list[Trace]:
         trace(
             "an encoder that jumps once",
             [*start, {**on[0], "measured": counts(on[0]["angle"] + 0.05)}, *on[1:]],
+            AS_THE_BENCH,
             begin=0.1,
         ),
         trace(
             "an encoder that jumps for good",
-            [*start, *[{**c, "measured": counts(c["angle"] - 0.05)} for c in on], *held(8)],
+            [*start, *away, *slowing(away[-1]["measured"], 0.6, 20)],
+            AS_THE_BENCH,
             begin=0.1,
         ),
         trace(
             "a set-point that steps",
-            [*start, {**on[0], "angle": on[0]["angle"] + 0.3}, *held(8)],
+            [*start, steps, *slowing(on[0]["measured"], 0.6, 20)],
+            AS_THE_BENCH,
             begin=0.1,
         ),
     ]

@@ -6,16 +6,19 @@ from typing import Final
 from generated import DOCS, main_of_pages, table
 
 from rfms_can.arm import ARMS
-from rfms_can.faults.campaign import NO_INJECTOR, Line, lines_of, met_rows
+from rfms_can.bus.url import HUB
+from rfms_can.faults.campaign import Line, lines_of, met_rows
 from rfms_can.faults.catalogue import INJECTORS, JOINT
 from rfms_can.faults.context import ANYWHERE, Seam
 from rfms_can.faults.judge import culprit_of
+from rfms_can.faults.processes.injectors import PROCESS_INJECTORS
 from rfms_can.faults.results import read
-from rfms_can.faults.table import ROWS, WITHOUT_INJECTOR, State, Variant, variants
+from rfms_can.faults.table import ROWS, Expected, State, Variant, Where, variants
 from rfms_can.faults.trial import Result
 from rfms_can.wire.nodes import MASTER, PLANT
 
 KEPT: Final = DOCS / "data" / "faults.jsonl"
+OF_PROCESSES: Final = {bus: DOCS / "data" / f"faults_{bus}.jsonl" for bus in (HUB, "vcan0")}
 LONGEST_TOLD: Final = 130
 _AT: Final = {JOINT: "a joint", MASTER: "the master", PLANT: "the plant"}
 
@@ -28,19 +31,32 @@ def _kept() -> tuple[str, list[Result]]:
 def render_summary() -> str:
     """How many rows are met, row by row."""
     code, results = _kept()
-    lines = lines_of(ROWS, list(ARMS), results)
+    simulated = lines_of(ROWS, list(ARMS), results)
+    lines = [*simulated, *_of_processes(HUB)]
     met = met_rows(lines)
     good = [str(row) for row, is_met in met.items() if is_met]
-    seeds = sorted({line.seeds for line in lines if line.seeds})
     of_lines = sum(line.met for line in lines)
-    of_each = " to ".join(map(str, seeds[:1] + seeds[1:][-1:]))
-    word = "seed" if of_each == "1" else "seeds"
     head = (
-        f"{len(results)} trials, {of_each} {word} of each variant on each arm, code {code}: "
+        f"{len(results)} trials on the simulated bus, {_seeds(simulated)} of each variant on each "
+        f"arm, code {code}, and those of [processes](#processes) on a hub: "
         f"**{len(good)} of {len(met)} rows met**, {of_lines} of {len(lines)} lines (a variant on "
         f"one arm).\n\nMet: {', '.join(good)}."
     )
     return f"{head}\n\n{_rows(lines, met)}"
+
+
+def _of_processes(bus: str) -> list[Line]:
+    """A line for each variant of processes on each arm that it was tried on."""
+    results = read(OF_PROCESSES[bus])[1]
+    arms = sorted({result.arm for result in results})
+    return lines_of(ROWS, arms, results, Where.PROCESSES)
+
+
+def _seeds(lines: Sequence[Line]) -> str:
+    """How many seeds each line has, in words."""
+    seeds = sorted({line.seeds for line in lines if line.seeds})
+    of_each = " to ".join(map(str, seeds[:1] + seeds[1:][-1:]))
+    return f"{of_each} {'seed' if of_each == '1' else 'seeds'}"
 
 
 def _rows(lines: Sequence[Line], met: dict[int, bool]) -> str:
@@ -62,28 +78,63 @@ def render_variants() -> str:
     lines = lines_of(ROWS, list(ARMS), results)
     cells = []
     for row, variant in variants():
-        own = [line for line in lines if (line.row, line.variant) == (row, variant.name)]
-        cells.append([str(row), f"`{variant.name}`", *_measured(variant, own)])
-    heads = [
-        "row",
-        "variant",
-        "bound",
-        "found after",
-        "wanted",
-        "came",
-        "today, and what is not met",
+        if variant.where is Where.SIM:
+            own = [line for line in lines if (line.row, line.variant) == (row, variant.name)]
+            cells.append([str(row), f"`{variant.name}`", *_measured(variant, own)])
+    return table(_HEADS, cells)
+
+
+_HEADS: Final = [
+    *("row", "variant", "bound", "found after", "wanted", "came", "today, and what is not met"),
+]
+
+
+def render_processes() -> str:
+    """Faults of processes on each bus that they were tried on: what was measured."""
+    parts = []
+    for bus, file in OF_PROCESSES.items():
+        if not file.exists():
+            continue
+        conditions, results = read(file)
+        arms = sorted({result.arm for result in results})
+        lines = _of_processes(bus)
+        rows = met_rows(lines)
+        parts.append(
+            f"On {bus}: {len(results)} trials, {_seeds(lines)} of each variant on "
+            f"{', '.join(arms)}, code {conditions.code}: "
+            f"**{sum(rows.values())} of {len(rows)} rows met**."
+        )
+        cells = []
+        for row, variant in variants():
+            own = [line for line in lines if (line.row, line.variant) == (row, variant.name)]
+            if variant.where is Where.PROCESSES:
+                met = sum(r.met for r in results if (r.row, r.variant) == (row, variant.name))
+                told = _measured(variant, own)
+                told[-1] = f"{met} of {sum(line.seeds for line in own)}: {told[-1]}"
+                cells.append([str(row), f"`{variant.name}`", *told])
+        parts.append(table(_HEADS, cells))
+    return "\n\n".join(parts)
+
+
+def render_process_injectors() -> str:
+    """Every fault of processes: how it is provoked."""
+    cells = [
+        [f"`{name}`", one.does, _AT[one.node], one.shows.value]
+        for name, one in PROCESS_INJECTORS.items()
     ]
-    return table(heads, cells)
+    return table(["name", "what is wrong then", "at", "cycles count"], cells)
 
 
 def _measured(variant: Variant, own: Sequence[Line]) -> list[str]:
     wanted = variant.expected.value
     if variant.culprit:
         wanted += f", {variant.culprit} named"
-    if variant.name in WITHOUT_INJECTOR:
-        return [f"{variant.bound:g}", "", wanted, "", f"not met: {NO_INJECTOR}"]
+    if not any(line.seeds for line in own):
+        return [f"{variant.bound:g}", "", wanted, "", "not tried yet"]
     never = any(line.worst is None for line in own)
     worst = [line.worst for line in own if line.worst is not None]
+    if variant.expected is Expected.NONE:
+        never, worst = False, [0.0]
     found = "never, in some" if never and worst else "never" if never else f"{max(worst):.1f}"
     came = sorted({word for line in own for word in line.reaction.split(", ") if word})
     return [f"{variant.bound:g}", found, wanted, ", ".join(came), _verdict(own)]
@@ -137,6 +188,8 @@ PAGES = {
         "draw_faults.py: rows": render_summary,
         "draw_faults.py: states": render_states,
         "draw_faults.py: variants": render_variants,
+        "draw_faults.py: processes": render_processes,
+        "draw_faults.py: process injectors": render_process_injectors,
         "draw_faults.py: seen": render_seen,
         "draw_faults.py: injectors": render_injectors,
     }

@@ -15,6 +15,7 @@ from rfms_can.messages import (
     AnyCondition,
     AnyFunction,
     ArmRequest,
+    Culprit,
     EmergencyLift,
     EmergencyStop,
     Envelope,
@@ -48,7 +49,11 @@ GROUPS: Final[tuple[tuple[str, str, tuple[Any, ...]], ...]] = (
         "What comes back.",
         (Reply, Answer, PlannedMove, Refusal, MoveOutcome, WorldNames, ServerNumbers),
     ),
-    ("Status", "What `status` broadcasts after every cycle; also part of every reply.", (Status,)),
+    (
+        "Status",
+        "What `status` broadcasts after every cycle; also part of every reply.",
+        (Status, Culprit),
+    ),
     ("Emergency stop", "What `emergency` takes.", (EmergencyStop,)),
     ("Operator", "What `operator` takes.", (EmergencyLift,)),
 )

@@ -7,6 +7,7 @@ import draw_states
 from generated import main_of_pages
 from node_book import (
     configuration,
+    detectors,
     examples,
     kinematics,
     laws,
@@ -53,6 +54,12 @@ _SECTIONS: Final[dict[str, dict[str, Callable[[], str]]]] = {
         "line": setpoints.line_trace,
         "stopped": setpoints.stopped_trace,
         "departing": setpoints.departing_trace,
+    },
+    "node-detectors.md": {
+        "tachometer": detectors.tachometer,
+        "currents": detectors.currents,
+        "heat": detectors.heat,
+        "begins": detectors.begins,
     },
     "node-law.md": {
         "given": laws.given,

@@ -6,7 +6,7 @@ from generated import main, table
 from make_dbc import E2E, Message, Signal, Template
 
 from rfms_can.bus.timing import BusTiming
-from rfms_can.wire.configuration import LATER, PARAMETERS
+from rfms_can.wire.configuration import PARAMETERS
 
 TEMPLATE = Template()
 TIMING = BusTiming()
@@ -108,7 +108,8 @@ def parameters() -> str:
         size = "magnitude " if known.signed else ""
         whole = ", whole" if known.whole else ""
         unit = known.unit.replace("u", "rad or m", 1) if known.unit in ("u", "1/u") else known.unit
-        marks = ["gripper"] * known.gripper + ["later"] * (parameter in LATER)
+        marks = ["gripper"] * known.gripper
+        marks += [] if known.default is None else [f"default {known.default:g}"]
         span = f"{size}{known.low:.9g} ... {known.high:.9g}{whole}"
         rows.append((str(int(parameter)), parameter.name, unit, span, ", ".join(marks)))
     return table(("number", "parameter", "unit", "range", ""), rows)

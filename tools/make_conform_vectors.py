@@ -71,12 +71,14 @@ BENCH: Final = {
     "KINEMATICS": 1.0,
     "FOLLOWING_ERROR_LIMIT": 0.2,
     "OVERSPEED_LIMIT": 3.0,
-    "TACHOMETER_LIMIT": 1.0,
+    "TACHOMETER_LIMIT": 2.0,
     "CONTINUOUS_TORQUE": 6.0,
     "OVERLOAD_TIME": 5.0,
     "STALL_TIME": 0.5,
     "STUCK_TIME": 0.1,
     "HOMING_TIME": 3.0,
+    "CURRENT_TOLERANCE": 0.035,
+    "RATE_ERROR_LIMIT": 0.5,
 }
 """A joint that no arm has, so that the law is the same for all six; the 260's geometry."""
 

@@ -190,8 +190,7 @@ def _torque(settings: Settings) -> float:
         1, _joints(settings), Compliance().changed(COMPLIES, Transform.identity()), NOTHING
     )
     rows = RowSets(joint)
-    rows.receive(Rows(*made.values[joint - 1]))  # type: ignore[arg-type]
-    rows.activate(1)
+    rows.activate(Rows(*made.values[joint - 1]))  # type: ignore[arg-type]
     errors, rates = (2e-3, -1e-3, 5e-4, 1e-3, -2e-3, 8e-4), (0.01, -0.02, 0.03, 0.0, 0.01, 0.02)
     accelerations = (0.5, -0.4, 0.3, 0.2, -0.1, 0.6)
     desired, speed = 0.2, 0.21

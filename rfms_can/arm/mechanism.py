@@ -40,6 +40,10 @@ class Gripper:
         return self.force_limit / CONVERTER_CODES
 
 
+STOP_ROOM: Final = 0.1
+"""Way from the end of a joint's range to its hard stop, rad: nodes switch off halfway."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Arm:
     """A six-joint arm with a spherical wrist.
@@ -48,7 +52,7 @@ class Arm:
         name: e.g. ``"puma260"``.
         arm_id: its number on the wire: 260 or 560.
         a2, a3, d2, d3, d4, flange: Denavit-Hartenberg lengths, m; ``flange`` is d6, beyond T6.
-        joint_limits: (lower, upper) per joint, rad: the plant's hard stops.
+        joint_limits: (lower, upper) per joint, rad: the range it is used in; see ``hard_stops``.
         speed_limits, acceleration_limits: rad/s and rad/s2, for trajectories.
         links, drives: one per joint.
         friction_sets: by name, one :class:`JointFriction` per joint.
@@ -77,6 +81,11 @@ class Arm:
         for field in ("joint_limits", "speed_limits", "acceleration_limits", "links", "drives"):
             if len(getattr(self, field)) != JOINT_COUNT:
                 raise ArmError(f"{self.name}: {field} needs {JOINT_COUNT} entries, one per joint")
+
+    @property
+    def hard_stops(self) -> tuple[tuple[float, float], ...]:
+        """(lower, upper) per joint, rad: where it runs against metal, behind its limits."""
+        return tuple((lower - STOP_ROOM, upper + STOP_ROOM) for lower, upper in self.joint_limits)
 
     @property
     def shoulder_offset(self) -> float:

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import msgspec
 
+from rfms_can.bus.url import SIM
 from rfms_can.faults.campaign import Line, met_rows
 from rfms_can.faults.table import ROWS
 from rfms_can.faults.trial import Result
 
 
-def print_faults(lines: Sequence[Line], *, as_json: bool) -> None:
-    """To the standard output."""
+def print_faults(lines: Sequence[Line], bus: str, *, as_json: bool) -> None:
+    """To the standard output; ``bus`` is that of the trials."""
     if as_json:
         json.dump({"rows": [msgspec.to_builtins(line) for line in lines]}, sys.stdout)
         sys.stdout.write("\n")
@@ -24,14 +25,14 @@ def print_faults(lines: Sequence[Line], *, as_json: bool) -> None:
             row = ROWS[line.row]
             print(f"\n{line.row} {row.fault}: {row.detected_by}; bound {row.bound}, {row.reaction}")
             before = line.row
-        print(f"  {_line(line)}")
+        print(f"  {_line(line, bus)}")
     met = met_rows(lines)
     missed = [str(row) for row, good in met.items() if not good]
     print(f"\n{sum(met.values())} of {len(met)} rows met", end="")
     print(f"; not met: {', '.join(missed)}" if missed else "")
 
 
-def _line(line: Line) -> str:
+def _line(line: Line, bus: str) -> str:
     worst = "-" if line.worst is None else f"{line.worst:.1f}"
     verdict = "met    " if line.met else "NOT MET"
     text = (
@@ -43,7 +44,8 @@ def _line(line: Line) -> str:
     why = f"\n          {'; '.join(line.why)}"
     if line.replay is None:
         return text + why
-    return f"{text}{why}\n          rfms faults --arm {line.arm} --replay '{line.replay}'"
+    on = "" if bus == SIM else f"--bus {bus} "
+    return f"{text}{why}\n          rfms faults {on}--arm {line.arm} --replay '{line.replay}'"
 
 
 def print_trial(result: Result, files: Sequence[Path], *, as_json: bool) -> None:

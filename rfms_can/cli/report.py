@@ -87,6 +87,8 @@ def print_result(title: str, result: RunResult) -> None:
         console.print(f"[red bold]record incomplete:[/] {escape(missing)}")
     if result.fault is not None:
         console.print(f"[red bold]halted by a latched fault:[/] {result.fault}")
+    if result.culprit is not None:
+        console.print(f"[red bold]culprit:[/] {escape(result.culprit.words)}")
 
 
 def print_rows(rows: Iterable[tuple[str, str]]) -> None:

@@ -6,9 +6,12 @@ from typing import Final, NamedTuple
 
 from rfms_can.conform.checks import (
     angles,
+    axis,
+    bus_watch,
     clock,
     configuring,
     cycles,
+    drive,
     duplicates,
     exact,
     homing,
@@ -17,10 +20,13 @@ from rfms_can.conform.checks import (
     poses,
     presence,
     refusals,
+    rows,
     runaway,
     safety,
     search,
+    sensing,
     steps,
+    timing,
     tracing,
     transitions,
 )
@@ -35,7 +41,7 @@ class Kind(Enum):
     SENSOR = "sensor"
     """A build that takes MEASURE and REFERENCE from the bus: its DAC follows the tester."""
     AXIS = "axis"
-    """An axis that is free to move."""
+    """The same, and a joint that moves as its DAC says: the tester's board has one."""
 
 
 class Check(NamedTuple):
@@ -48,7 +54,7 @@ class Check(NamedTuple):
         kind: what it needs.
         run: asks the node; raises ``CheckFailed``. None where it is pending.
         required: whether the node must pass; else it is recommended.
-        pending: why it is listed but not run.
+        pending: why it is listed but not run; no check is today.
     """
 
     id: str
@@ -61,7 +67,6 @@ class Check(NamedTuple):
 
 
 B, S, A = Kind
-LATER: Final = "waits for the faults of a later version: no node is asked for it yet"
 
 CHECKS: Final[tuple[Check, ...]] = (
     Check(
@@ -248,11 +253,10 @@ CHECKS: Final[tuple[Check, ...]] = (
     ),
     Check(
         "23",
-        "frozen, reversed, running-off encoder or reversed motor while homing",
-        "HOMING_FAILED or RUNAWAY within a bound, torque off",
+        "homing of a joint that moves: sound; encoder stands, reversed, runs off; motor reversed",
+        "READY; a fault of these, and torque off, before it has gone 0.15 rad",
         A,
-        None,
-        pending=LATER,
+        axis.homing,
     ),
     Check("24", "STOP, QUICKSTOP, RESET in HOMING; HOME again", "PREOP; homes", S, homing.given_up),
     Check(
@@ -492,9 +496,20 @@ CHECKS: Final[tuple[Check, ...]] = (
         S,
         steps.step_after_holding,
     ),
+    Check(
+        "39e",
+        "a set-point whose rate steps, after four in a row and after fewer",
+        "EMCY at once, none of the step acts; taken",
+        S,
+        steps.rate_step,
+    ),
     Check("39b", "an error beyond 2 rad", "as a step", S, steps.too_far),
     Check(
-        "39c", "the stop after a step", "never faster than the joint was", S, None, pending=LATER
+        "39c",
+        "the stop after a step, and after QUICKSTOP, of a joint that is slower, faster, behind",
+        "begins at the joint, and no faster than it is or was told to be",
+        S,
+        drive.stop_begins,
     ),
     Check(
         "40",
@@ -516,7 +531,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     Check(
         "40d",
         "the end of the range, passed and rushed at",
-        "torque off 0.05 rad beyond; a stop in time",
+        "a stop 0.02 rad beyond, or in time for it, and whose fault; torque off 0.05 rad beyond",
         S,
         steps.end_of_range,
     ),
@@ -564,7 +579,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     ),
     Check(
         "41",
-        "no SYNC, by the clock that CONFIG tells, BARRIER in lockstep",
+        "no SYNC, by the node's own clock",
         "EMCY at 3, 5, 25 periods, each after half of one more",
         S,
         clock.no_sync,
@@ -578,11 +593,10 @@ CHECKS: Final[tuple[Check, ...]] = (
     ),
     Check(
         "41c",
-        "no SYNC in lockstep, where BARRIER is long",
-        "EMCY within a bound in time",
+        "no SYNC in lockstep, BARRIER a period and seven; it comes again",
+        "first missed after 1.5 BARRIER, then each period; BARRIER holds again",
         S,
-        None,
-        pending=LATER,
+        clock.no_sync_in_lockstep,
     ),
     Check(
         "41d",
@@ -600,8 +614,8 @@ CHECKS: Final[tuple[Check, ...]] = (
     ),
     Check(
         "42",
-        "SYNC skips 1, 2, 4 and 9 numbers",
-        "goes on; steps may be larger, up to 4 cycles'",
+        "SYNC skips up to 3 numbers",
+        "goes on; steps may be as much larger",
         S,
         clock.numbers_skipped,
     ),
@@ -708,24 +722,92 @@ CHECKS: Final[tuple[Check, ...]] = (
     ),
     Check(
         "51",
-        "real time, 10,000 cycles",
-        "ERROR and DAC within RfmsResponseTime",
+        "real time, 10,000 cycles, on a CAN interface",
+        "ERROR and DAC within RfmsResponseTime, and 300 us for the tester's host",
         S,
-        None,
-        pending=LATER,
+        timing.response,
     ),
     Check(
         "52",
-        "encoder runs off, sticks, reverses; tachometer against encoder; torque without motion",
-        "each found within its bound",
+        "a tachometer that differs from the encoder, for a while and for good; 5 % off",
+        "SENSOR_MISMATCH to the cycle; goes on",
+        S,
+        sensing.tachometer,
+    ),
+    Check(
+        "52b",
+        "one code of the tachometer while the encoder's way of a cycle varies",
+        "SENSOR_STUCK beyond a tenth of the fastest and three counts; goes on",
+        S,
+        sensing.one_value,
+    ),
+    Check(
+        "52c",
+        "velocity_adc and current_adc at their rails, and beside them",
+        "the encoder's rate, damping after 3; the DACs may explain a current",
+        S,
+        sensing.rails,
+    ),
+    Check(
+        "52d",
+        "speeds below and above OVERSPEED_LIMIT, once and twice",
+        "held; OVERSPEED, torque off",
+        S,
+        sensing.overspeed,
+    ),
+    Check(
+        "52e",
+        "currents a code within and beyond what five DACs explain, once and twice; fewer DACs",
+        "held; AMPLIFIER_FAULT, torque off; nothing",
+        S,
+        sensing.amplifier,
+    ),
+    Check(
+        "52f",
+        "errors and their rates beyond the bound, once and twice; complying; in a stop",
+        "held; FOLLOWING_ERROR, torque off; nothing; measured against the begin of the stop",
+        S,
+        drive.following,
+    ),
+    Check(
+        "52g",
+        "the whole torque at rest, with a motion and with less torque between",
+        "STALL after STALL_TIME, to the cycle: damping",
+        S,
+        drive.stall,
+    ),
+    Check(
+        "52h",
+        "a torque that its motor does not bear for long; RESET, START; another configuration",
+        "OVERLOAD to the cycle: damping; hot still; cold",
+        S,
+        drive.overload,
+    ),
+    Check(
+        "52i",
+        "rows at each bound and beyond it: gravity, its change, inertia, rows of a rigid law",
+        "they act; the set before does, ROWS_IMPLAUSIBLE, a stop after 3",
+        S,
+        rows.implausible,
+    ),
+    Check(
+        "52j",
+        "bad frames of one identifier, of several, within ten cycles and eleven",
+        "BAD_FRAMES and their sender, a stop; goes on",
+        S,
+        bus_watch.bad_frames,
+    ),
+    Check(
+        "52k",
+        "a joint that moves: sound; encoder, tachometer, amplifier, motor broken on the way",
+        "goes on; torque off within 0.2 s and 0.25 rad",
         A,
-        None,
-        pending=LATER,
+        axis.operation,
     ),
     Check(
         "53",
         "a HEARTBEAT of a second master while the first drives",
-        "does not take over",
+        "does not take over: FOREIGN_MASTER, a stop",
         S,
         safety.second_master,
     ),
@@ -738,10 +820,9 @@ CHECKS: Final[tuple[Check, ...]] = (
     ),
     Check(
         "53c",
-        "a second master",
-        "FOREIGN_MASTER",
-        B,
-        None,
-        pending=LATER,
+        "SYNC of a second master, taken and refused: cycles up to four away, and farther",
+        "goes on; FOREIGN_MASTER, a stop, once; nothing where nothing drives",
+        S,
+        bus_watch.foreign_master,
     ),
 )

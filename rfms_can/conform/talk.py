@@ -95,6 +95,9 @@ class Talk:
     Attributes:
         sent_frames, heard_frames: counts.
         last_beat: the HEARTBEAT heard last; None before the first.
+        last_dac: the DAC heard last; None before the first.
+        sent_ns: when the last frame was sent that was not a question of ``settle``.
+        heard_ns: when a frame of each name was heard last.
     """
 
     def __init__(self, line: Line, joint: int, wire: Wire) -> None:
@@ -111,6 +114,9 @@ class Talk:
         self._of_the_board = {wire.id(record, node) for record, node in others}
         self._came = Answers()
         self._fences = 0
+        self.last_dac: Dac | None = None
+        self.sent_ns = 0
+        self.heard_ns: dict[str, int] = {}
 
     # --- to the node --------------------------------------------------------------------------
 
@@ -163,6 +169,7 @@ class Talk:
         for frame in frames:
             self._sent.append(frame)
             self.line.send(frame)
+        self.sent_ns = self.line.now_ns
         self.sent_frames += len(frames)
 
     def command(self, command: Command, node: int = 0, argument: int = 0) -> Answers:
@@ -274,8 +281,11 @@ class Talk:
         values: Any = codec.unpack(data)
         if values is None:
             self.fail(f"{codec.name} {data.hex()}", "values in the ranges of the DBC")
+        self.heard_ns[name] = self.line.now_ns
         if name == "HEARTBEAT":
             self._note_beat(values)
+        elif name == "DAC":
+            self.last_dac = values
         self._came.append(Heard(name, values, data[2]))
 
     def _note_beat(self, beat: Heartbeat) -> None:

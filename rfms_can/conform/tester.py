@@ -1,10 +1,12 @@
 """The tester: master, board and the five other joints around one node.
 
 It brings the node to a state, plays cycles, and knows where its own encoder stands. Angles are
-radians, torques Nm; what goes out is what a master and a board would send.
+radians, torques Nm; what goes out is what a master and a board would send. The current that its
+board tells is that of the DAC of two cycles before, as a sound amplifier's.
 """
 
 import contextlib
+import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -38,6 +40,8 @@ REAL_BARRIER_S: Final = 20.0
 QUIET_S: Final = 0.1
 """How long nothing must come where a node has nothing to say."""
 NO_ERROR: Final = ((0.0, 0.0, 0.0),) * 5
+OF_SPEED_LIMIT: Final = (Parameter.OVERSPEED_LIMIT, Parameter.TACHOMETER_LIMIT)
+"""Bounds of a speed."""
 QUICK_TRIES: Final = 4
 """ANNOUNCE needs so many tries with a node that counts where another master left off."""
 
@@ -59,6 +63,7 @@ class Tester(Talk):
         theta: where the joint stands, rad.
         speed: of the joint, rad/s.
         zero: encoder count at joint angle 0.
+        current: code of the current that the board tells: what DAC asked for two cycles before.
         last_cycle, sync_ns: number and time of the last SYNC.
         sampled, sampled_before: low byte of the cycle of the last MEASURE, and of that before.
         boot: what the node said when it was switched on; None if it was on before.
@@ -79,6 +84,7 @@ class Tester(Talk):
         self.speed = 0.0
         self.boot: Answers | None = None
         self.sampled = self.sampled_before = 0
+        self.current = self._acting = 0
         self.last_cycle = -1
         self.sync_ns = 0
         self._due_ns = line.now_ns
@@ -139,10 +145,17 @@ class Tester(Talk):
             self.sync(NodeState.PREOP)
 
     def bench(self, changes: Mapping[Parameter, float] | None = None) -> Parameters:
-        """The parameters of the suite's bench, for this line."""
+        """The parameters of the suite's bench, for this line.
+
+        Bounds of a speed go with SPEED_LIMIT, if that changes and they do not.
+        """
         clock = Clock.VIRTUAL if self.line.virtual else Clock.LOCKSTEP
+        usual = self.vectors.bench
+        fastest = (changes or {}).get(Parameter.SPEED_LIMIT, usual[Parameter.SPEED_LIMIT])
+        times = fastest / usual[Parameter.SPEED_LIMIT]
         values = {
-            **self.vectors.bench,
+            **usual,
+            **{p: times * usual[p] for p in OF_SPEED_LIMIT},
             Parameter.CLOCK: float(clock),
             Parameter.BARRIER: REAL_BARRIER_S,
             **(changes or {}),
@@ -237,14 +250,28 @@ class Tester(Talk):
             self.line.pass_until(self._due_ns)
         named = self.row_set if row_set is None else row_set
         self.last_cycle = self.cycle
+        self.current, self._acting = self._acting, self._asked()
         answers = self.say(Sync, None, self.cycle, state, named, self.wire.dbc_hash)
         self.sync_ns = self.line.now_ns
         return answers
+
+    def _asked(self) -> int:
+        """Current of both DACs of the last frame, in codes of current_dac; 0 before any."""
+        p, dac = self.parameters, self.last_dac
+        if dac is None or Parameter.TORQUE_PER_CODE not in p:
+            return 0
+        force_scale = p[Parameter.TORQUE_PER_FORCE_CODE] / p[Parameter.TORQUE_PER_CODE]
+        return max(-2048, min(2047, round(dac.current_dac + dac.force_dac * force_scale)))
 
     def counts(self, theta: float | None = None) -> int:
         """Encoder counts where the joint stands."""
         theta = self.theta if theta is None else theta
         return round(theta * self.parameters[Parameter.COUNTS_PER_UNIT]) + self.zero
+
+    def move_to(self, theta: float, most: float = math.inf) -> None:
+        """Go to an angle within a cycle; the tachometer tells the speed, up to ``most`` rad/s."""
+        speed = (theta - self.theta) / self.parameters[Parameter.PERIOD]
+        self.theta, self.speed = theta, max(-most, min(most, speed))
 
     @property
     def measured(self) -> float:
@@ -262,13 +289,22 @@ class Tester(Talk):
         return self.speed_code * self.parameters[Parameter.RATE_PER_CODE]
 
     def measure(
-        self, *, counts: int | None = None, cycle: int | None = None, index_seen: int = 0
+        self,
+        *,
+        counts: int | None = None,
+        cycle: int | None = None,
+        current: int | None = None,
+        speed_code: int | None = None,
+        index_seen: int = 0,
+        braked: int = 0,
     ) -> Answers:
         """MEASURE of the own board."""
         low = (self.cycle if cycle is None else cycle) & 0xFF
         told = self.counts() if counts is None else counts
+        driven = self.current if current is None else current
+        speed = self.speed_code if speed_code is None else speed_code
         self.sampled_before, self.sampled = self.sampled, low
-        return self.say(Measure, self.joint, told, 0, self.speed_code, low, index_seen, 0, 0)
+        return self.say(Measure, self.joint, told, driven, speed, low, index_seen, braked, 0)
 
     def coarse_code(self, theta: float | None = None) -> int:
         """Coarse ADC code where the joint stands."""

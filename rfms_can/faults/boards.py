@@ -14,7 +14,9 @@ JUMP_RAD: Final = 0.1
 DRIFT_FRACTION: Final = 0.3
 """Speed with which a slipping encoder drifts, over the joint's speed limit."""
 COARSE_FRACTION: Final = 0.25
-"""How far a potentiometer is turned on its shaft, over the joint's range."""
+"""How far a potentiometer is turned on its shaft at most, over the joint's range."""
+BETWEEN_INDEXES: Final = (0.4, 0.6)
+"""Where it ends between two indexes: by whole intervals it is turned unseen, until it is rigged."""
 STUCK_FRACTION: Final = 0.6
 """Current of an amplifier that is stuck, over its limit."""
 GAIN: Final = 4
@@ -65,8 +67,13 @@ def drift(context: Context) -> Damage:
 def turned_potentiometer(context: Context) -> Damage:
     """The coarse position is elsewhere."""
     lower, upper = context.arm.joint_limits[context.index]
-    scale = context.arm.board_scale(context.index)
-    off = round(COARSE_FRACTION * (upper - lower) / scale.angle_per_coarse_code)
+    scale, interval = (
+        context.arm.board_scale(context.index),
+        context.arm.drives[context.index].index_interval,
+    )
+    most = int(COARSE_FRACTION * (upper - lower) / interval)
+    intervals = context.draw.randint(0, most) + context.draw.uniform(*BETWEEN_INDEXES)
+    off = round(intervals * interval / scale.angle_per_coarse_code)
     return Damage(coarse=lambda _, code: min(max(code + off, 0), 4095))
 
 

@@ -1,18 +1,23 @@
 """Many trials: which there are, made on the engine of campaigns, summed up row by row."""
 
+import os
 from collections.abc import Generator, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import msgspec
 
+from rfms_can.bus.url import HUB
 from rfms_can.engine import Backend, Kept, carry_out, run
 from rfms_can.errors import RfmsError
+from rfms_can.faults.processes.command import Main
+from rfms_can.faults.processes.trial import made
 from rfms_can.faults.results import Conditions, trial_of
-from rfms_can.faults.table import ROWS, WITHOUT_INJECTOR, Variant, variant_of, variants
+from rfms_can.faults.table import ROWS, Variant, Where, variant_of, variants
 from rfms_can.faults.trial import Result, Trial, groups, made_of
 
 CHUNK = 12
 """Trials that a process makes of one warm system before it hands their results over."""
-NO_INJECTOR = "no injector yet"
 
 
 class Line(msgspec.Struct, frozen=True):
@@ -65,8 +70,8 @@ def rows_from(text: str) -> list[int]:
     return numbers
 
 
-def trial_from(text: str, arm: str) -> Trial:
-    """The trial of ``ROW:VARIANT:SEED``.
+def trial_from(text: str, arm: str, where: Where) -> Trial:
+    """The trial of ``ROW:VARIANT:SEED`` on a system.
 
     Raises:
         RfmsError: there is none such.
@@ -76,15 +81,18 @@ def trial_from(text: str, arm: str) -> Trial:
     if not (row.isdecimal() and seed.isdecimal() and name):
         raise RfmsError(f"{text!r}: give ROW:VARIANT:SEED, as in 1:lose_dac:0")
     (number,) = rows_from(row)
-    if variant_of(number, name) is None:
+    variant = variant_of(number, name)
+    if variant is None:
         names = ", ".join(variant.name for variant in ROWS[number].variants)
         raise RfmsError(f"row {number} has no variant {name!r}; there are: {names}")
-    if name in WITHOUT_INJECTOR:
-        raise RfmsError(f"row {number}, {name}: {NO_INJECTOR}")
+    if variant.where is not where:
+        raise RfmsError(f"row {number}, {name}: it needs {variant.where.value}; give another --bus")
     return Trial(number, name, arm, int(seed))
 
 
-def trials_of(rows: Iterable[int], arms: Sequence[str], seeds: int) -> list[Trial]:
+def trials_of(
+    rows: Iterable[int], arms: Sequence[str], seeds: int, where: Where = Where.SIM
+) -> list[Trial]:
     """All trials of some rows, seed by seed, so that what there is can be looked at early."""
     wanted = set(rows)
     return [
@@ -92,21 +100,51 @@ def trials_of(rows: Iterable[int], arms: Sequence[str], seeds: int) -> list[Tria
         for seed in range(seeds)
         for arm in arms
         for row, variant in variants()
-        if row in wanted and variant.name not in WITHOUT_INJECTOR
+        if row in wanted and variant.where is where
     ]
 
 
+@dataclass(frozen=True)
+class Processes:
+    """Makes trials of processes, one at a time in each worker.
+
+    Attributes:
+        bus: URL of a CAN interface; empty for a hub of its own for each trial.
+        main: the command line.
+    """
+
+    bus: str
+    main: Main
+
+    def make(self, trial: Trial, keep: Path | None = None) -> Result:
+        """The result of a trial; see ``made``."""
+        return made(trial, self.bus or f"{HUB}:faults-{os.getpid()}", self.main, keep)
+
+
 def run_all(
-    trials: Sequence[Trial], kept: Kept[Conditions, Result], backend: Backend
+    trials: Sequence[Trial],
+    kept: Kept[Conditions, Result],
+    backend: Backend,
+    processes: Processes | None = None,
 ) -> list[Result]:
     """Make the trials that have not been made yet; the results of all, in their order.
+
+    Args:
+        trials: all of them.
+        kept: results of earlier calls.
+        backend: of the engine.
+        processes: where trials of processes are made; None for those on the simulated bus.
 
     Raises:
         EngineError: as ``rfms_can.engine.run`` does.
     """
     return carry_out(
         trials,
-        lambda left: _made(left, backend),
+        lambda left: (
+            _made(left, backend)
+            if processes is None
+            else run(processes.make, left, backend, name=lambda trial: trial.words)
+        ),
         kept,
         what="faults",
         job_key=lambda trial: trial,
@@ -132,7 +170,12 @@ def _chunk(trials: list[Trial]) -> list[Result]:
     return list(made_of(trials))
 
 
-def lines_of(rows: Iterable[int], arms: Sequence[str], results: Iterable[Result]) -> list[Line]:
+def lines_of(
+    rows: Iterable[int],
+    arms: Sequence[str],
+    results: Iterable[Result],
+    where: Where = Where.SIM,
+) -> list[Line]:
     """A line for each variant of some rows on each arm, in the order of the table."""
     by_variant: dict[tuple[int, str, str], list[Result]] = {}
     for result in results:
@@ -141,7 +184,7 @@ def lines_of(rows: Iterable[int], arms: Sequence[str], results: Iterable[Result]
     return [
         _line(row, variant, arm, by_variant.get((row, variant.name, arm), []))
         for row, variant in variants()
-        if row in wanted
+        if row in wanted and variant.where is where
         for arm in arms
     ]
 
@@ -151,9 +194,6 @@ def _line(row: int, variant: Variant, arm: str, results: list[Result]) -> Line:
     found = [result.found for result in results]
     numbers = [cycles for cycles in found if cycles is not None]
     failed = next((result for result in results if not result.met), None)
-    why = [] if failed is None else failed.problems
-    if variant.name in WITHOUT_INJECTOR:
-        why = [NO_INJECTOR]
     return Line(
         row=row,
         variant=variant.name,
@@ -166,7 +206,7 @@ def _line(row: int, variant: Variant, arm: str, results: list[Result]) -> Line:
         culprit_ok=bool(results) and all(result.culprit_ok for result in results),
         reenabled=any(result.facts is not None and result.facts.reenabled for result in results),
         replay=None if failed is None else trial_of(failed).words,
-        why=why,
+        why=[] if failed is None else failed.problems,
     )
 
 

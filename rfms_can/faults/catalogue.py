@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, Final, NamedTuple
 
-from rfms_can.faults import boards, frames, nodes, requests, stations
+from rfms_can.faults import boards, frames, nodes, requests, singular, stations
 from rfms_can.faults.context import Seam
 from rfms_can.faults.frames import FOR_EVER, OFTEN
 from rfms_can.faults.site import Site
 from rfms_can.joint_nodes.joint import JointNode
-from rfms_can.plant.board import JointBoard
+from rfms_can.plant.board import HIGHEST_CODE, LOWEST_CODE, JointBoard
 from rfms_can.plant.faulty_board import FaultyBoard
 from rfms_can.tables import complete
 from rfms_can.wire.nodes import MASTER, PLANT
@@ -21,6 +21,7 @@ from rfms_can.wire.records import Dac, Heartbeat, JointError, Measure, Rows, Set
 
 JOINT: Final = 0
 """Of an injector: the node at fault is a joint, drawn or named."""
+FULL_SCALE_CODES: Final = HIGHEST_CODE - LOWEST_CODE
 WAKES_AFTER: Final = 20
 """Periods after which a hung node wakes."""
 REJOINS_AFTER: Final = 10
@@ -172,7 +173,8 @@ INJECTORS: Final[dict[str, Injector]] = {
         *(JOINT, "ERROR tells one error for ever"), nodes.same_values(JointError, ("cycle",))
     ),
     "freeze_dac": _tap(
-        *(JOINT, "DAC tells one torque for ever"), nodes.same_values(Dac, ("cycle",))
+        *(JOINT, "DAC tells one torque for ever"),
+        nodes.same_values(Dac, ("cycle",), nodes.other_torque),
     ),
     "freeze_setpoint": _tap(
         *(MASTER, "SETPOINT tells one pose for ever"),
@@ -227,7 +229,8 @@ INJECTORS: Final[dict[str, Injector]] = {
     "jump_encoder": _board(boards.jump, "the encoder jumps by 0.1 rad, and stays there"),
     "drift_encoder": _board(boards.drift, "the encoder slips at 0.3 of the speed limit"),
     "turn_potentiometer": _board(
-        boards.turned_potentiometer, "the coarse position is a quarter of the range off"
+        boards.turned_potentiometer,
+        "the coarse position is up to a quarter of the range off, between two indexes",
     ),
     "reverse_motor": _board(boards.reversed_motor, "the motor's leads are exchanged"),
     "reverse_encoder": _board(boards.reversed_encoder, "the encoder counts backwards"),
@@ -237,6 +240,13 @@ INJECTORS: Final[dict[str, Injector]] = {
     "stick_amplifier": _board(boards.stuck_amplifier, "the amplifier drives 0.6 of its current"),
     "drive_to_the_end": _rig(
         *(JOINT, "the same, towards the upper end of the range"), stations.drive_to_the_end
+    ),
+    "push_to_the_end": _rig(
+        *(JOINT, "joint 1 is pushed up a little harder than its friction"),
+        stations.push_to_the_end,
+    ),
+    "push_through": _rig(
+        JOINT, "joint 1 is pushed up harder than its motor can", stations.push_through
     ),
     "kill_amplifier": _board(boards.dead_amplifier, "the amplifier drives no current"),
     "boost_amplifier": _board(boards.strong_amplifier, "the amplifier drives four times as much"),
@@ -260,6 +270,13 @@ INJECTORS: Final[dict[str, Injector]] = {
     "redefine_mode": _asks("a mode is redefined too fast", requests.redefined_mode),
     "ask_malformed": _asks("messages that are none", requests.malformed),
     "ask_too_many": _asks("more moves than the queue takes", requests.too_many),
+    "ask_singular_line": _asks("a fast line close by a straight wrist", singular.line),
+    "slow_singular_line": _asks(
+        "a line not far from a straight wrist, which may take longer", singular.slow_line
+    ),
+    "lead_singular": _asks(
+        "a goal that moves by itself leads the arm by a straight wrist", singular.led
+    ),
     "second_master": _rig(MASTER, "a second master is switched on", stations.second_master),
     "foreign_sync": _rig(MASTER, "a stranger sends SYNC", stations.foreign_sync),
     "second_joint": _rig(JOINT, "a second node of a joint is on the bus", stations.second_joint),
@@ -271,9 +288,17 @@ INJECTORS: Final[dict[str, Injector]] = {
         *(JOINT, "HEARTBEAT of a joint names another DBC"),
         nodes.sends(Heartbeat, nodes.values(nodes.other_hash)),
     ),
+    "scale_rows_once": _tap(
+        *(JOINT, "one set of rows of a joint is four times too large"),
+        nodes.hears(Rows, nodes.values(nodes.scaled_rows), 1),
+    ),
     "scale_rows": _tap(
         *(JOINT, "the rows of a joint are four times too large"),
         nodes.hears(Rows, nodes.values(nodes.scaled_rows)),
+    ),
+    "wrong_gravity_once": _tap(
+        *(JOINT, "gravity of a joint is once wrong by half its torque limit"),
+        nodes.hears(Rows, nodes.values(nodes.heavy), 1),
     ),
     "wrong_gravity": _tap(
         *(JOINT, "gravity of a joint is wrong by half its torque limit"),
@@ -296,16 +321,21 @@ def _tamper(injector: Injector, site: Site) -> None:
 
 def _damage(injector: Injector, site: Site) -> None:
     damage = injector.make(site.context)
+    floor = site.context.torque_floor
+    if damage.polarity < 0:  # leads turned round behind the current's sensor: motion alone shows it
+        floor = 2 * FULL_SCALE_CODES
+        site.touch_when(site.strays)
 
     def exchange(board: JointBoard) -> JointBoard:
-        return FaultyBoard(board, damage, site.touch)
+        return FaultyBoard(board, damage, site.touch, floor)
 
     site.rig.plant.physics.exchange_board(site.context.index, exchange)
 
 
 def _ask(injector: Injector, site: Site) -> None:
-    site.touch()
     site.refused = requests.refusal_of(injector.make, site)
+    if site.refused:
+        site.touch()
 
 
 _INJECT: Final[dict[Seam, Callable[[Injector, Site], None]]] = complete(

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from rfms_can.arm import Arm
+from rfms_can.arm import Arm, friction_set
 from rfms_can.faults.forge import Forge
+from rfms_can.plant.faulty_board import TORQUE_FLOOR_CODES, torque_floor
 from rfms_can.wire.contract import Wire
 
 
@@ -37,6 +38,7 @@ class Context:
         node: number of the node that is to be at fault.
         now_ns: tells the time.
         touch: called when the fault has its first effect; with the instant, ns, if it is not now.
+        friction: name of the arm's friction set; empty where it is not known.
     """
 
     arm: Arm
@@ -47,6 +49,7 @@ class Context:
     node: int
     now_ns: Callable[[], int]
     touch: Callable[..., None]
+    friction: str = ""
 
     @property
     def index(self) -> int:
@@ -56,6 +59,15 @@ class Context:
     def counts(self, angle: float) -> int:
         """Encoder counts of an angle of the joint, rad; signed like the encoder."""
         return round(angle * self.arm.drives[self.index].counts_per_radian)
+
+    @property
+    def torque_floor(self) -> int:
+        """Codes of the joint's motor-current DAC that are no fault yet."""
+        if not self.friction:
+            return TORQUE_FLOOR_CODES
+        friction = friction_set(self.arm, self.friction)[self.index]
+        coulomb = max(friction.coulomb_positive, friction.coulomb_negative)
+        return torque_floor(coulomb, self.arm.board_scale(self.index).torque_per_dac_code)
 
     @property
     def speed_limit(self) -> float:

@@ -20,8 +20,9 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True):
         reactions: the hardest of each joint, 0 to 4.
         others: the least hard, at the end, of the joints that are not at fault.
         held: whether a node held its last set-point, or the master closed a cycle without all.
-        named: who was named first; empty if no one was.
-        told: what the master told, or the first EMCY.
+        named: whom the run's result blames: the culprit of the fault that the master has latched;
+            where it has latched none, that of the first EMCY; empty if no one is blamed.
+        told: the same in words.
         speed: largest speed of a joint over its limit, from the effect on.
         acceleration: the same of accelerations, from one cycle to the next.
         past_range: farthest way beyond a joint's range, rad.
@@ -33,6 +34,8 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True):
         refused: why a request was refused; None if none was made.
         enabled: whether the arm was enabled after the fault was put in.
         exit_code: of a run of this kind.
+        unrecorded: what of its record is missing, as its result says.
+        left: processes that it left behind.
     """
 
     node: int
@@ -58,3 +61,5 @@ class Facts(msgspec.Struct, frozen=True, kw_only=True):
     refused: str | None = None
     enabled: bool = False
     exit_code: int = 0
+    unrecorded: list[str] = []
+    left: list[str] = []

@@ -24,6 +24,7 @@ DRIFT_FRACTION: Final = 0.3
 
 Install = Callable[[Context, Tap], None]
 Change = Callable[[Context, Frame], Frame]
+Differs = Callable[[Context, Frame, Frame], bool]
 
 
 def hangs(context: Context, tap: Tap) -> None:
@@ -55,17 +56,20 @@ def falls_silent(context: Context, tap: Tap) -> None:
     tap.out = out
 
 
-def sends(record: type[Any], change: Change, count: int = 1 << 30) -> Install:
+def sends(
+    record: type[Any], change: Change, count: int = 1 << 30, differs: Differs | None = None
+) -> Install:
     """The node sends other values in a message.
 
     Args:
         record: of the message.
         change: what is made of a frame.
         count: how many frames are changed.
+        differs: whether a change has an effect; any has if it is not given.
     """
 
     def install(context: Context, tap: Tap) -> None:
-        tap.out = _changing(context, record, change, count)
+        tap.out = _changing(context, record, change, count, differs or _is_other)
 
     return install
 
@@ -74,12 +78,26 @@ def hears(record: type[Any], change: Change, count: int = 1 << 30) -> Install:
     """The node hears other values in a message: its sender has sent wrong ones to it alone."""
 
     def install(context: Context, tap: Tap) -> None:
-        tap.into = _changing(context, record, change, count)
+        tap.into = _changing(context, record, change, count, _is_other)
 
     return install
 
 
-def _changing(context: Context, record: type[Any], change: Change, count: int) -> Tamper:
+def _is_other(_: Context, frame: Frame, changed: Frame) -> bool:
+    """Whether a change matters: what has the right values by chance is no fault yet."""
+    return changed.data != frame.data
+
+
+def other_torque(context: Context, frame: Frame, changed: Frame) -> bool:
+    """Whether a change of DAC matters: what friction could be as well is no fault yet."""
+    before, after = context.forge.read(frame), context.forge.read(changed)
+    difference: int = after.current_dac - before.current_dac
+    return abs(difference) > context.torque_floor
+
+
+def _changing(
+    context: Context, record: type[Any], change: Change, count: int, differs: Differs
+) -> Tamper:
     wanted, left = identifier(context, record), count
 
     def tamper(frame: Frame) -> Iterable[Frame]:
@@ -88,7 +106,7 @@ def _changing(context: Context, record: type[Any], change: Change, count: int) -
             return (frame,)
         left -= 1
         changed = change(context, frame)
-        if changed.data != frame.data:  # what has the right values by chance is no fault yet
+        if differs(context, frame, changed):
             context.touch()
         return (changed,)
 
@@ -110,12 +128,15 @@ def same_frame(record: type[Any]) -> Install:
     return install
 
 
-def same_values(record: type[Any], live: tuple[str, ...]) -> Install:
+def same_values(
+    record: type[Any], live: tuple[str, ...], differs: Differs | None = None
+) -> Install:
     """The node sends the same values again and again, with a counter that counts.
 
     Args:
         record: of the message.
         live: signals that go on.
+        differs: see ``sends``.
     """
 
     def install(context: Context, tap: Tap) -> None:
@@ -128,7 +149,7 @@ def same_values(record: type[Any], live: tuple[str, ...]) -> Install:
                 frame, **kept[0]._replace(**{name: getattr(now, name) for name in live})._asdict()
             )
 
-        sends(record, change)(context, tap)
+        sends(record, change, differs=differs)(context, tap)
 
     return install
 

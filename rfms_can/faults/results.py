@@ -6,6 +6,7 @@ from typing import Final
 
 import msgspec
 
+from rfms_can.bus.url import SIM
 from rfms_can.engine import Kept, ResultFile
 from rfms_can.faults.trial import Result, Trial
 from rfms_can.wire.codec import database_path
@@ -19,9 +20,11 @@ class Conditions(msgspec.Struct, frozen=True):
 
     Attributes:
         code: digest of the code and of the DBC that they were made with.
+        bus: that they were made on: sim, hub or vcan0.
     """
 
     code: str
+    bus: str = SIM
 
 
 def digest() -> str:
@@ -42,14 +45,14 @@ RESULTS: Final = ResultFile("faults", "rfms faults", Conditions, Result)
 read: Final = RESULTS.read
 
 
-def kept_in(file: Path | None) -> Kept[Conditions, Result]:
+def kept_in(file: Path | None, bus: str = SIM) -> Kept[Conditions, Result]:
     """Results of today's code, in a file or, without one, in memory only.
 
     Raises:
-        EngineError: the file's trials were made with other code, or it cannot be read or written;
-            nothing in it is lost.
+        EngineError: the file's trials were made with other code or on another bus, or it cannot
+            be read or written; nothing in it is lost.
     """
-    return RESULTS.open(file, Conditions(digest()))
+    return RESULTS.open(file, Conditions(digest(), bus))
 
 
 def trial_of(result: Result) -> Trial:

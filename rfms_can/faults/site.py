@@ -1,6 +1,7 @@
 """Where a fault is put into a simulated system: its bus, its nodes, its boards, its program."""
 
 from collections.abc import Callable
+from typing import Final
 
 from rfms_can.bus.controller import Controller
 from rfms_can.coordinator import Arm as Program
@@ -9,6 +10,10 @@ from rfms_can.faults.context import Context
 from rfms_can.faults.tap import Tap
 from rfms_can.rig.simulated import SimulatedRig
 from rfms_can.wire.frame import Frame
+
+MOTION_FLOOR: Final = 0.125
+"""Error of a joint's speed over its limit, up to which it moves as sound joints do: what they leave
+at full speed with friction half as much again as they know."""
 
 
 class Site:
@@ -82,6 +87,12 @@ class Site:
                 self.touch()
 
         self.rig.bus.observers.append(look)
+
+    def strays(self) -> bool:
+        """Whether the joint at fault moves otherwise than sound joints do."""
+        index, rig = self.context.index, self.rig
+        off = rig.plant.physics.true_qd[index] - rig.master.motion.commanded.rate[index]
+        return abs(off) > MOTION_FLOOR * self.context.speed_limit
 
     def later(self, delay_ns: int, action: Callable[[], None]) -> None:
         """Do something by so much later, at the end of the next frame."""

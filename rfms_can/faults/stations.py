@@ -7,7 +7,9 @@ from rfms_can.bus.simulated import SimulatedBus
 from rfms_can.faults import boards, nodes
 from rfms_can.faults.site import Site
 from rfms_can.joint_nodes.joint import JointNode
+from rfms_can.joint_nodes.sensing import HARD_MARGIN_RAD, SOFT_MARGIN_RAD
 from rfms_can.master.node import MasterNode
+from rfms_can.master.trajectory.braking import STOPPING_FRACTION
 from rfms_can.node.protocol import NOTHING, Node
 from rfms_can.plant.faulty_board import FaultyBoard
 from rfms_can.wire.frame import Frame
@@ -15,6 +17,10 @@ from rfms_can.wire.nodes import MASTER
 from rfms_can.wire.records import Dac, Sync
 from rfms_can.wire.vocabulary import NodeState
 
+PUSH_FRACTION: Final = 0.45
+"""Torque over a motor's limit with which a joint is pushed: friction is 0.28 of it."""
+OVERPOWERING: Final = 1.3
+"""The same of a push that a motor cannot withstand."""
 LATE: Final = 0.7
 """Part of a period by which a late master is late."""
 FLOOD_ID: Final = 0x010
@@ -191,15 +197,37 @@ def seized_brake(site: Site) -> None:
 
 def run_to_the_end(site: Site) -> None:
     """The set-point turns joint 1 on; the effect is when it can no longer stop inside its range."""
-    arm, physics = site.context.arm, site.rig.plant.physics
-    upper, braking = arm.joint_limits[0][1], arm.acceleration_limits[0]
     nodes.runs_on(site.context, site.tap(MASTER))
+    site.touch_when(lambda: _comes_to_rest_at(site) > site.context.arm.joint_limits[0][1])
 
-    def too_late() -> bool:
-        speed = max(physics.true_qd[0], 0.0)
-        return physics.true_q[0] + 0.5 * speed**2 / braking > upper
 
-    site.touch_when(too_late)
+def _comes_to_rest_at(site: Site) -> float:
+    """Where joint 1 would come to rest by a controlled stop, rad; it moves up."""
+    physics, braking = site.rig.plant.physics, site.context.arm.acceleration_limits[0]
+    speed = max(physics.true_qd[0], 0.0)
+    return physics.true_q[0] + 0.5 * speed**2 / (STOPPING_FRACTION * braking)
+
+
+def push_to_the_end(site: Site) -> None:
+    """Joint 1 is pushed up, by a little more than its friction; the effect is when it can no longer
+    stop inside its range."""
+    _push(site, PUSH_FRACTION)
+    bound = site.context.arm.joint_limits[0][1] + SOFT_MARGIN_RAD
+    site.touch_when(lambda: _comes_to_rest_at(site) > bound)
+
+
+def push_through(site: Site) -> None:
+    """Joint 1 is pushed up by more than its motor can do; the effect is when it is past the angle
+    at which its torque has to go off."""
+    _push(site, OVERPOWERING)
+    bound = site.context.arm.joint_limits[0][1] + HARD_MARGIN_RAD
+    site.touch_when(lambda: site.rig.plant.physics.true_q[0] > bound)
+
+
+def _push(site: Site, fraction: float) -> None:
+    """From outside, with a part of the motor's torque limit."""
+    limit = site.context.arm.drives[0].torque_limit
+    site.rig.plant.physics.push(0, fraction * limit)
 
 
 def drive_to_the_end(site: Site) -> None:

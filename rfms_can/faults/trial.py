@@ -23,6 +23,8 @@ from rfms_can.wire.nodes import JOINTS
 
 WATCHED: Final = {True: 100, False: 300}
 """Cycles that a trial is watched: where the motion has to go on, and where it has to end."""
+WATCHED_AT_WRIST: Final = 900
+"""Cycles that an arm is watched which stands before a straight wrist: the way past it is slow."""
 WATCHED_AT_LEAST: Final = 120
 """Cycles that an arm is watched which has come to rest: four times the longest bound, and past what
 hung and wakes."""
@@ -129,9 +131,10 @@ def site_of(trial: Trial, warm: WarmSystem) -> Site:
         wire=wire,
         forge=Forge(wire),
         draw=draw,
-        node=1 if warm.state is State.NEAR_END else drawn,
+        node=1 if warm.state in (State.NEAR_END, State.COMPLYING) else drawn,
         now_ns=lambda: rig.bus.now_ns,
         touch=lambda *_: None,
+        friction=rig.master.settings.friction,
     )
     return Site(rig, context, warm.program, FAR, MODE)
 
@@ -141,7 +144,6 @@ def watch_trial(trial: Trial, warm: WarmSystem) -> Watch:
     variant = trial.the_variant
     site = site_of(trial, warm)
     watch = Watch(site, variant)
-    assert variant.fault is not None
     inject(variant.fault, site)
     if warm.state is State.START:
         try:
@@ -149,7 +151,10 @@ def watch_trial(trial: Trial, warm: WarmSystem) -> Watch:
         except FaultError:
             watch.finish()
             return watch
-    watch.run(WATCHED[variant.expected in GOES_ON], WATCHED_AT_LEAST)
+    cycles = WATCHED[variant.expected in GOES_ON]
+    if variant.state is State.AT_WRIST:
+        cycles = WATCHED_AT_WRIST
+    watch.run(cycles, WATCHED_AT_LEAST)
     return watch
 
 

@@ -3,13 +3,12 @@
 It reads the nodes and the plant; it changes nothing, and no node knows of it.
 """
 
-import re
 from collections.abc import Iterator
 from typing import Any, Final, NamedTuple
 
 from rfms_can.faults.facts import Facts
 from rfms_can.faults.site import Site
-from rfms_can.faults.table import HARDNESS, JOINT, Variant
+from rfms_can.faults.table import GOAL, HARDNESS, JOINT, Variant
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.master.phases import Phase
 from rfms_can.wire.emergency import in_words
@@ -25,11 +24,10 @@ STILL_CYCLES: Final = 10
 MOVES: Final = 0.05
 """Speed over the limit from which a brake that closes does so in motion."""
 STOP_RAD: Final = 1e-6
-"""Distance from the end of the range at which a joint stands on its hard stop."""
+"""Distance from its hard stop at which a joint stands on it."""
 SLICES: Final = 8
 """Looks in a cycle, beside those at the end of each frame."""
 
-_NAMES: Final = re.compile("|".join(NODE_NAMES[n] for n in (*JOINTS, GRIPPER, MASTER, PLANT)))
 _STOPPED: Final = (NodeState.QUICKSTOP, NodeState.FAULT)
 
 
@@ -77,7 +75,8 @@ class Watch:
         self._stopped_ns: int | None = None
         self._reached_ns: int | None = None
         self._halted_ns: int | None = None
-        self._named = self._told = ""
+        self._halted: tuple[str, str] | None = None  # whom the master blames, and its words
+        self._named = self._told = ""  # by the first EMCY
         self._hardest = [0] * len(JOINTS)
         self._enabled = False
         self._reenabled: list[str] = []
@@ -132,10 +131,8 @@ class Watch:
         fault = self._master.fault
         if fault is not None and self._halted_ns is None:
             self._halted_ns = now_ns
-            if not self._named:
-                self._told = fault
-                found = _NAMES.match(fault)
-                self._named = found.group() if found else ""
+            culprit = self._master.culprit
+            self._halted = (culprit.sender if culprit is not None else "", fault)
         for index, joint in enumerate(self._site.rig.joints):
             reaction = _reaction(joint)
             if reaction > self._hardest[index]:
@@ -143,8 +140,20 @@ class Watch:
                 if reaction >= Reaction.STOP and self._stopped_ns is None:
                     self._stopped_ns = now_ns
             self._see_state(index, joint.state)
+        self._see_short_stop(now_ns)
         if self._reached_ns is None and self._is_reached():
             self._reached_ns = now_ns
+
+    def _see_short_stop(self, now_ns: int) -> None:
+        """A stop by the trajectory: the arm cannot follow, and no node has to do anything."""
+        why = self._master.motion.stopped_short
+        if why is None or self._stopped_ns is not None:
+            return
+        self._stopped_ns = now_ns
+        self._hardest = [max(r, int(Reaction.STOP)) for r in self._hardest]
+        if not self._named:
+            self._told = f"stopped short: {why}"
+            self._named = GOAL if "reference" in why else NODE_NAMES[MASTER]
 
     def _see_state(self, index: int, state: NodeState) -> None:
         if state is NodeState.OPERATIONAL:
@@ -203,6 +212,7 @@ class Watch:
         self._see_motion(qd, arm.speed_limits, arm.acceleration_limits)
         for angle, (lower, upper) in zip(q, arm.joint_limits, strict=True):
             self._past = max(self._past, lower - angle, angle - upper)
+        for angle, (lower, upper) in zip(q, arm.hard_stops, strict=True):
             self._contact |= angle < lower + STOP_RAD or angle > upper - STOP_RAD
         if self._master.phase is Phase.RUN:
             off = max(abs(a - b) for a, b in zip(q, goal, strict=True))
@@ -249,6 +259,12 @@ class Watch:
 
     # --- at the end ---------------------------------------------------------------------------
 
+    @property
+    def _ended_badly(self) -> bool:
+        """Whether a run ends with an error: a fault, or a program that is told of a short stop."""
+        master = self._master
+        return master.fault is not None or master.motion.stopped_short is not None
+
     def facts(self) -> Facts:
         """What was measured."""
         effect_ns = self._site.effect_ns
@@ -261,6 +277,7 @@ class Watch:
                 return 0.0  # found before it had an effect
             return round((at_ns - effect_ns) / period_ns, 2)
 
+        named, told = self._halted or (self._named, self._told)
         hung = getattr(site.controller(MASTER).node, "hung", False)
         return Facts(
             node=site.context.node,
@@ -275,8 +292,8 @@ class Watch:
             reactions=list(self._hardest),
             others=min(self._sound()),
             held=self._holds() != self._held0,
-            named=self._named,
-            told=self._told,
+            named=named,
+            told=told,
             speed=round(self._speed, 3),
             acceleration=round(self._acceleration, 2),
             past_range=round(self._past, 4),
@@ -287,7 +304,7 @@ class Watch:
             rest=since(self._rest_ns) if self._still >= STILL_CYCLES else None,
             refused=site.refused,
             enabled=self._enabled,
-            exit_code=int(self._master.fault is not None or hung),
+            exit_code=int(self._ended_badly or hung),
         )
 
 

@@ -66,25 +66,20 @@ class RowSets:
         """Keep this joint's rows of a set until SYNC names it."""
         self._arrived = rows
 
-    def activate(self, number: int) -> bool:
-        """SYNC names set ``number``: use its rows if they are here, keep the old ones if not.
-
-        Returns:
-            Whether the named set is active now.
-        """
-        if number == self.number:
-            return True
+    def waiting(self, number: int) -> Rows | None:
+        """The rows of set ``number``, if they are here and do not act yet."""
         rows = self._arrived
-        if rows is None or rows.set != number:
-            return False
+        return rows if rows is not None and rows.set == number else None
+
+    def activate(self, rows: Rows) -> None:
+        """Use these rows from now on."""
         self.law_row, self.inertia_row = rows[0:6], rows[6:12]
         self.gravity = rows.gravity
         self.law = rows.law
         self.damping = rows.damping
         self.selection = rows.selection
         self.specification = rows.specification
-        self.number = number
-        return True
+        self.number = rows.set
 
     @property
     def own_inertia(self) -> float:

@@ -13,20 +13,27 @@ from typing import Final
 from rfms_can.errors import EncodeError
 from rfms_can.joint_nodes.angle_solver import AngleSolver
 from rfms_can.joint_nodes.compliance import RowSets
+from rfms_can.joint_nodes.detectors.following import Excess
+from rfms_can.joint_nodes.detectors.plausible_rows import RowsWatch
+from rfms_can.joint_nodes.detectors.setpoint_step import StepWatch
 from rfms_can.joint_nodes.field_node import Cause, FieldNode, Parameters
 from rfms_can.joint_nodes.homing import Homing
 from rfms_can.joint_nodes.inputs import ALL_ERRORS, CycleInputs
-from rfms_can.joint_nodes.ladder import Reaction, rung
-from rfms_can.joint_nodes.runaway import RunawayWatch
+from rfms_can.joint_nodes.motion_watch import MotionWatch
+from rfms_can.joint_nodes.sensing import JointSensing, Motion
 from rfms_can.joint_nodes.servo import Servo, ServoTerms
 from rfms_can.joint_nodes.state_actions import STATE_ACTIONS, StateAction, TorqueSource
 from rfms_can.joint_nodes.states import Event
-from rfms_can.joint_nodes.stop_ramp import StopRamp
-from rfms_can.node.encoder_reference import EncoderReference
+from rfms_can.joint_nodes.stop_ramp import StopPlan, StopRamp
 from rfms_can.setpoint import JointSetpoint
 from rfms_can.setpoint.frames import setpoint_of
 from rfms_can.tables import complete
-from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
+from rfms_can.wire.contract import (
+    BIAS_BELONGS,
+    COMPLY_BELONGS,
+    JOINT_SETPOINT_BELONGS,
+    LAST_CYCLE,
+)
 from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import (
@@ -39,12 +46,6 @@ from rfms_can.wire.records import (
 )
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
-STEP_MARGIN: Final = 1.5
-"""How much faster than the speed limit a set-point or an encoder may step before it is refused."""
-MAX_PREDICTED_CYCLES: Final = 2
-"""Cycles in a row in which a prediction replaces an encoder that jumped; then the joint stops."""
-RANGE_MARGIN_RAD: Final = 0.05
-"""Joint angle beyond the range, rad, at which torque goes off: the hard stop is near."""
 MAX_CYCLE_GAP: Final = 4
 """Largest gap of SYNC's cycle that is accounted for; the ladder stops the joint before a longer."""
 # members of enumerations that every cycle needs: a name of a module is found ten times as fast
@@ -58,7 +59,7 @@ _MEASURE_MISSING: Final = FaultCode.MEASURE_MISSING
 _SETPOINT_MISSING: Final = FaultCode.SETPOINT_MISSING
 _ERROR_MISSING: Final = FaultCode.ERROR_MISSING
 _ROWS_MISSING: Final = FaultCode.ROWS_MISSING
-_ENCODER_GLITCH: Final = FaultCode.ENCODER_GLITCH
+_ROWS_IMPLAUSIBLE: Final = FaultCode.ROWS_IMPLAUSIBLE
 
 
 class JointController:
@@ -73,49 +74,37 @@ class JointController:
 
     Attributes:
         action: what it does now.
-        theta: measured joint angle, rad.
-        speed: measured joint speed, rad/s.
         torque: last commanded torque, Nm.
-        servo, encoder, homing, trajectory: its parts.
+        sensing, motion, servo, homing, trajectory: its parts.
         ramp: of the controlled stop; None before the first.
     """
 
     __slots__ = (
-        "_acceleration_limit",
         "_bias",
         "_board",
-        "_count_rad",
         "_cycle",
-        "_cycles_held",
         "_cycles_lost",
-        "_cycles_unsampled",
         "_dac",
         "_displacement",
         "_error",
         "_index",
         "_inputs",
         "_master",
-        "_max_step",
         "_node",
         "_own_bit",
         "_period",
-        "_position_max",
-        "_position_min",
-        "_range_max",
-        "_range_min",
-        "_rate_per_code",
         "_rows",
-        "_runaway",
+        "_rows_watch",
         "_sink",
         "_solver",
-        "_stop_distance_per_speed2",
+        "_steps",
+        "_stop_plan",
         "action",
-        "encoder",
         "homing",
+        "motion",
         "ramp",
+        "sensing",
         "servo",
-        "speed",
-        "theta",
         "torque",
         "trajectory",
     )
@@ -143,33 +132,23 @@ class JointController:
         self._index = node.number - 1
         self._own_bit = 1 << self._index
         self._period = p[Parameter.PERIOD]
-        self._rate_per_code = p[Parameter.RATE_PER_CODE]
-        self._max_step = STEP_MARGIN * p[Parameter.SPEED_LIMIT] * self._period
-        self._count_rad = 1.0 / abs(p[Parameter.COUNTS_PER_UNIT])
-        self._acceleration_limit = p[Parameter.ACCELERATION_LIMIT]
-        self._stop_distance_per_speed2 = 0.5 / self._acceleration_limit
-        self._position_min, self._position_max = (
-            p[Parameter.POSITION_MIN],
-            p[Parameter.POSITION_MAX],
-        )
-        self._range_min = self._position_min - RANGE_MARGIN_RAD
-        self._range_max = self._position_max + RANGE_MARGIN_RAD
         self.servo = Servo(p, node.number)
-        self.encoder = EncoderReference(p)
-        self.homing = Homing(p, self.encoder, self.servo)
+        self.sensing = JointSensing(node, p, self._commanded, self._encoder_jumped)
+        self.homing = Homing(p, self.sensing.encoder, self.servo)
         self.trajectory = JointSetpoint(self._period)
-        self._runaway = RunawayWatch(p, rung(FaultCode.RUNAWAY, Reaction.OFF))
+        self._rows_watch = RowsWatch(p, node.number)
+        self.motion = MotionWatch(node, p)
+        self._steps = StepWatch(p)
+        self._stop_plan = StopPlan(p)
         self.ramp: StopRamp | None = None
         self._solver = AngleSolver(p, node.number)
         self._master = Cause(MASTER, node.wire.id(Setpoint, 1))
         self._board = Cause(int(p[Parameter.SENSOR_SOURCE]), node.wire.id(Measure, node.number))
-        self.theta = self.speed = self.torque = 0.0
+        self.torque = 0.0
         self._bias = 0.0  # of the set-point taken last, Nm
         self._displacement = 0.0  # by compliance, rad, in the set-point taken last
         self._cycle = -1  # of the last SYNC
-        self._cycles_unsampled = 1  # since the last sample
         self._cycles_lost = 0  # SYNCs that the watchdog has missed since the last one
-        self._cycles_held = 0  # since the last set-point taken
         self._sink: Callable[[int, ServoTerms], None] | None = None
         self._decide()
 
@@ -182,24 +161,46 @@ class JointController:
 
     def begin_cycle(self, sync: Sync) -> None:
         """SYNC: count what the cycle before lacked; change over to the rows it names."""
-        node, inputs, rows = self._node, self._inputs, self._rows
+        node, inputs = self._node, self._inputs
+        self.motion.bear(self.torque if self.drives else 0.0)
         self._decide()
         if self.homing.engaged and not self.homes:
             self.homing.let_go()
         self._judge()
-        gap, self._cycle = min(sync.cycle - self._cycle, MAX_CYCLE_GAP), sync.cycle
+        gap, self._cycle = self._gap(sync.cycle), sync.cycle
         # those that the watchdog of SYNC has told of are counted already
-        self._cycles_unsampled += max(gap - self._cycles_lost, 1)
+        self.sensing.cycles_unsampled += max(gap - self._cycles_lost, 1)
         self._cycles_lost = 0
         if gap > 1 and node.state is NodeState.OPERATIONAL:
             for _ in range(gap - 1):  # cycles whose SYNC never came
                 self._hold()
-        if rows.activate(sync.row_set):
-            node.ladder.clear(_ROWS_MISSING)
-        else:
-            cause = self._master._replace(frame=node.wire.id(Rows, node.number))
-            node.miss(FaultCode.ROWS_MISSING, cause)
+        self._change_rows(sync.row_set)
         inputs.begin(self.action.owes_dac, self.action.expects_setpoint)
+
+    def _gap(self, cycle: int) -> int:
+        """Cycles from the last SYNC to this one; its number is a u32."""
+        if self._cycle < 0:
+            return min(cycle + 1, MAX_CYCLE_GAP)
+        ahead = cycle - self._cycle & LAST_CYCLE
+        return min(ahead, MAX_CYCLE_GAP) if ahead < LAST_CYCLE // 2 else 0
+
+    def _change_rows(self, number: int) -> None:
+        """Change over to the rows of a set, if they are here and can be."""
+        node, rows = self._node, self._rows
+        named = number == rows.number
+        if not named:
+            waiting = rows.waiting(number)
+            cause = self._master._replace(frame=node.wire.id(Rows, node.number))
+            if waiting is None:
+                node.miss(_ROWS_MISSING, cause)
+                return
+            excess = self._rows_watch.excess(waiting, rows)
+            if excess is not None:
+                node.miss(_ROWS_IMPLAUSIBLE, cause._replace(bound=excess.bound), excess.value)
+                return
+            rows.activate(waiting)
+        node.ladder.clear(_ROWS_MISSING)
+        node.ladder.clear(_ROWS_IMPLAUSIBLE)
 
     def step(self) -> None:
         """The cycle, as far as the frames received so far allow; called after each of them."""
@@ -208,7 +209,7 @@ class JointController:
         # 1. the board's sample: angle and speed; a jump or the end of the range may stop the joint
         if measure is not None and sampled:
             inputs.new_sample = False
-            self._take_sample(measure)
+            self.sensing.take(measure, self.action)
         source = self.action.torque  # after the sample, which may have changed it
         if source is _SERVO:
             # 2. set-point and sample: own set-point, own error, told to the others
@@ -222,68 +223,24 @@ class JointController:
         elif source is _STOP_RAMP and sampled:
             self._follow_ramp()
         elif source is _DAMPING and sampled:
-            self._drive(self.servo.damped(self.speed, self._rows.gravity))
+            self._drive(self.servo.damped(self.sensing.speed, self._rows.gravity))
         elif inputs.reference is not None:  # kept only while the action is to home, or to hold
             self._home()
 
     def lose_cycle(self) -> None:
         """No SYNC: the cycle before is over, what comes next belongs to none the node knows."""
+        self.motion.bear(self.torque if self.drives else 0.0)
         self._judge()
-        self._cycles_unsampled += 1
+        self.sensing.cycles_unsampled += 1
         self._cycles_lost += 1
         self._inputs.begin(dac_due=False)
-
-    # --- 1. the sample ------------------------------------------------------------------------
-
-    def _take_sample(self, measure: Measure) -> None:
-        """Angle and speed from the board, watched as the action says."""
-        ladder, action = self._node.ladder, self.action
-        ladder.clear(_MEASURE_MISSING)
-        speed = measure.velocity_adc * self._rate_per_code
-        theta = self.encoder.angle(measure.counts)
-        if action.bridges_encoder:
-            cycles = max(1, self._cycles_unsampled)  # 0 where two samples come in a cycle
-            if abs(theta - self.theta) > self._max_step * cycles:
-                theta = self._bridge_encoder_jump(theta, speed, cycles)
-            else:
-                ladder.clear(_ENCODER_GLITCH)
-        if action.watches_range:
-            self._watch_range(theta, speed)
-        self.theta, self.speed = theta, speed
-        self._cycles_unsampled = 0
-
-    def _bridge_encoder_jump(self, theta: float, speed: float, cycles: int) -> float:
-        """Predict over a step no joint can make (R1); if it lasts, stop where it leads.
-
-        The joint did not move that far, its encoder did: a stop on the old path would move it.
-        """
-        node = self._node
-        bound = self._max_step * cycles
-        node.miss(FaultCode.ENCODER_GLITCH, self._board._replace(bound=bound), theta - self.theta)
-        if node.ladder.misses[FaultCode.ENCODER_GLITCH] <= MAX_PREDICTED_CYCLES:
-            return self.theta + self.speed * self._period * cycles
-        self._begin_stop(theta, speed)
-        return theta
-
-    def _watch_range(self, theta: float, speed: float) -> None:
-        """Joint range: beyond it torque goes off; where only a stop now can keep it, stop."""
-        if not self._range_min <= theta <= self._range_max:
-            self._leave_range(FaultCode.HARD_LIMIT, theta)
-            return
-        rest = theta + speed * abs(speed) * self._stop_distance_per_speed2
-        if not self._range_min <= rest <= self._range_max:
-            self._leave_range(FaultCode.SOFT_LIMIT, rest)
-
-    def _leave_range(self, fault: FaultCode, angle: float) -> None:
-        bound = self._range_min if angle < self._range_min else self._range_max
-        self._node.trip(fault, Cause(self._node.number, bound=bound), angle)
 
     # --- 2. own set-point and error -----------------------------------------------------------
 
     def _tell_error(self) -> None:
         """Own set-point from the poses, own error to the bus, unless the set-point is refused."""
         node, inputs, trajectory = self._node, self._inputs, self.trajectory
-        setpoint = inputs.setpoint
+        sensing, setpoint = self.sensing, inputs.setpoint
         if setpoint is None or not inputs.setpoint_complete:
             return
         before, rate_before = trajectory.theta + self._displacement, trajectory.rate
@@ -297,23 +254,28 @@ class JointController:
             return  # refused as a whole: counted as a missing set-point at the next SYNC
         displacement = (inputs.displacement or 0.0) if extras & COMPLY_BELONGS else 0.0
         theta += displacement
-        error, rate = theta - self.theta, trajectory.rate - self.speed
+        error, rate = theta - sensing.theta, trajectory.rate - sensing.speed
         if not self._rows.selection:  # while it complies, only the commanded motion has a rate
             rate += (displacement - self._displacement) / self._period
-            if self._runs_away(error, self.theta):
+            if self.motion.runs_away(error, sensing.theta):
                 return
         acceleration = trajectory.acceleration
         try:
             frame = self._error.frame(error, rate, acceleration, node.cycle & 0xFF)
         except EncodeError:
             frame = None  # beyond the range of the signal: treated as a step
-        if frame is None or abs(theta - before) > self._max_step * (1 + self._cycles_held):
-            bound = self._max_step * (1 + self._cycles_held)
-            cause = self._master._replace(bound=bound)
-            node.miss(FaultCode.SETPOINT_STEP, cause, theta - before)
+        excess = self._steps.excess(theta - before, trajectory.rate - rate_before)
+        if frame is None or excess is not None:
+            excess = excess or Excess(theta - before, self._steps.bound)
+            cause = self._master._replace(bound=excess.bound)
+            node.miss(FaultCode.SETPOINT_STEP, cause, excess.value)
             self._begin_stop(before, rate_before)  # nothing of the step may act
             return
-        self._cycles_held = 0
+        if self._rows.selection:
+            self.motion.comply()
+        elif self.motion.strays_servoing(error, rate):
+            return
+        self._steps.take()
         self._displacement = displacement
         bias = inputs.bias if extras & BIAS_BELONGS else None
         self._bias = self.servo.deliverable_bias(bias) if bias else 0.0
@@ -329,11 +291,11 @@ class JointController:
         desired = self.trajectory.rate
         if rows.selection:
             friction = servo.friction.complying(
-                desired, self.speed, servo.state.intended_speed, self._node.cycle
+                desired, self.sensing.speed, servo.state.intended_speed, self._node.cycle
             )
         else:
             friction = servo.friction.rigid(desired)
-        return servo.torque(
+        torque = servo.torque(
             inputs.errors,
             inputs.rates,
             inputs.accelerations,
@@ -342,33 +304,29 @@ class JointController:
             friction,
             self._bias,
         )
+        self.motion.push(servo.state.at_limit, self.sensing.speed)
+        return torque
 
     def _follow_ramp(self) -> None:
         """QUICKSTOP (R2): own joint along its ramp, then hold, with gravity compensation."""
         ramp, rows, servo = self.ramp, self._rows, self.servo
         assert ramp is not None, "QUICKSTOP begins with a ramp"
+        theta, speed = self.sensing.theta, self.sensing.speed
         ramp.step()
-        ramp.watch(self.theta)
-        error = ramp.position - self.theta
-        if self._runs_away(error, self.theta):
+        ramp.watch(theta)
+        error = ramp.position - theta
+        motion = self.motion
+        if motion.runs_away(error, theta) or motion.strays_stopping(error, speed):
             return
         torque = servo.alone(
             error,
-            ramp.speed - self.speed,
+            ramp.speed - speed,
             rows.gravity,
             servo.friction.rigid(ramp.speed),
             rows.own_inertia * ramp.acceleration,
         )
+        motion.push(servo.state.at_limit, speed)
         self._drive(torque)
-
-    def _runs_away(self, error: float, angle: float) -> bool:
-        """Watch a rigid joint's error and angle, rad; whether its torque had to go off (R4)."""
-        if not self._runaway.watch(error, angle):
-            return False
-        node = self._node
-        cause = Cause(node.number, node.wire.id(Measure, node.number), self._runaway.bound)
-        node.trip(FaultCode.RUNAWAY, cause, error)
-        return True
 
     @property
     def homes(self) -> bool:
@@ -388,20 +346,23 @@ class JointController:
         inputs.reference = None
         if not homing.engaged:  # the joint was braked until now, and may be anywhere
             self.servo.reset()
-            self._runaway.reset()
-        torque = homing.step(measure, reference, self.speed, self._rows.gravity)
+            self.motion.runaway.reset()
+        sensing = self.sensing
+        torque = homing.step(measure, reference, sensing.speed, self._rows.gravity)
         failure = homing.failure
         if failure is not None:
             identifier = node.wire.id(failure.record, node.number)
-            cause = self._board._replace(frame=identifier, bound=failure.bound)
+            cause = Cause(node.number, identifier, failure.bound)
             node.trip(FaultCode.HOMING_FAILED, cause, failure.value)
             return
-        if self._runs_away(homing.error, self.encoder.angle(measure.counts)):
+        ended = homing.found and node.state is NodeState.HOMING
+        if ended:
+            self.motion.runaway.reset()  # angles are counted from another zero now
+            sensing.theta = sensing.encoder.angle(measure.counts)
+        if self.motion.runs_away(homing.error, sensing.encoder.angle(measure.counts)):
             return
-        if homing.found and node.state is NodeState.HOMING:
+        if ended:
             node.change(Event.HOMED)
-            self._runaway.reset()  # angles are counted from another zero now
-            self.theta = self.encoder.angle(measure.counts)
         self._drive(torque)
 
     def _drive(self, torque: float, bias: float = 0.0) -> None:
@@ -409,9 +370,9 @@ class JointController:
         inputs, servo = self._inputs, self.servo
         self.torque = torque + bias
         inputs.dac_due = False
-        self._node.send(
-            self._dac.frame(servo.code(torque), servo.force_code(bias), inputs.sampled_in)
-        )
+        current, force = servo.code(torque), servo.force_code(bias)
+        self.sensing.amplifier.drive(current, force)
+        self._node.send(self._dac.frame(current, force, inputs.sampled_in))
         if self._sink is not None:
             self._sink(self._node.cycle, servo.terms)
 
@@ -444,18 +405,18 @@ class JointController:
         self._inputs.begin(dac_due=False)
 
     def _begin_homing(self) -> None:
-        self._runaway.reset()
+        self.motion.runaway.reset()
         self.homing.begin()
         self.servo.reset()
 
     def _begin_servo(self) -> None:
         """Hold where the joint is, without a past."""
         self.servo.reset()
-        self._runaway.reset()
-        self.trajectory.reset(self.theta)
+        self.motion.runaway.reset()
+        self.trajectory.reset(self.sensing.theta)
         self._inputs.begin(dac_due=False)  # what the others told before START counts for nothing
         self._cycle = -1
-        self._cycles_held = 0
+        self._steps.reset()
         self._bias = self._displacement = 0.0
 
     def _begin_quickstop(self) -> None:
@@ -464,13 +425,34 @@ class JointController:
         if inputs.measure is not None and not inputs.new_sample:
             inputs.dac_due = False  # the ramp begins with the next sample: nothing is missing
 
-    def _begin_stop(self, position: float, speed: float) -> None:
-        """Begin the controlled stop; it ends inside the range, by braking harder if it must."""
-        bound = self._position_max if speed > 0.0 else self._position_min
-        room = max(abs(bound - position), self._count_rad)
-        deceleration = max(self._acceleration_limit, speed * speed / (2.0 * room))
-        self.ramp = StopRamp(position, speed, deceleration, self._period)
-        self._runaway.reset()
+    def _commanded(self) -> Motion:
+        """The motion that is commanded: by the set-point, or by the stop under way."""
+        ramp = self.ramp
+        if ramp is not None and self.action.torque is _STOP_RAMP:
+            return ramp.position, ramp.speed
+        return self.trajectory.theta + self._displacement, self.trajectory.rate
+
+    def _encoder_jumped(self, jump: float, stopping: bool) -> None:
+        """The encoder shows another place for good: stop where it says the joint is.
+
+        A stop that is under way goes on, at the same speed: begun again and again it would never
+        brake.
+
+        Args:
+            jump: by how much, rad.
+            stopping: whether the joint was on its stop ramp before.
+        """
+        sensing, ramp = self.sensing, self.ramp
+        if stopping and ramp is not None:
+            ramp.position += jump
+        else:
+            self._begin_stop(sensing.theta, sensing.speed)
+
+    def _begin_stop(self, position: float, rate: float) -> None:
+        """Begin the controlled stop, from a commanded position, rad, and rate, rad/s."""
+        sensing = self.sensing
+        self.ramp = self._stop_plan.ramp(sensing.theta, sensing.speed, position, rate)
+        self.motion.begin_stop(sensing.speed)
 
     # --- cycles that lacked something ---------------------------------------------------------
 
@@ -505,7 +487,7 @@ class JointController:
     def _hold(self) -> None:
         """A cycle without a set-point (R1): the last one stays, its history goes on."""
         self.trajectory.miss()
-        self._cycles_held += 1
+        self._steps.hold()
 
 
 _ENTRY: Final = complete(

@@ -8,12 +8,19 @@ controller's, which exists as a whole from COMMIT on, or not at all.
 from collections import ChainMap, Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from rfms_can.errors import KinematicsError
+from rfms_can.joint_nodes.detectors.bus import (
+    BAD_IN_WINDOW,
+    WINDOW_CYCLES,
+    BadFrames,
+    PortWatch,
+    SyncNumbers,
+)
 from rfms_can.joint_nodes.ladder import LADDERS, Ladder, Reaction, rung
 from rfms_can.joint_nodes.states import COMMAND_EVENTS, Event, enter, successor
-from rfms_can.node.endpoint import Endpoint
+from rfms_can.node.port_counts import PortTellingEndpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.configuration import (
     DEFAULTS,
@@ -25,8 +32,19 @@ from rfms_can.wire.configuration import (
 )
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.frame import Frame
-from rfms_can.wire.nodes import HEARTBEAT_EVERY, MASTER
-from rfms_can.wire.records import Config, ConfigAck, Emcy, Estop, Heartbeat, Nmt, Sync
+from rfms_can.wire.nodes import DBC_NAMES, HEARTBEAT_EVERY, MASTER
+from rfms_can.wire.protection import Receiver, Refusal
+from rfms_can.wire.records import (
+    Config,
+    ConfigAck,
+    Emcy,
+    Estop,
+    Heartbeat,
+    Measure,
+    Nmt,
+    Reference,
+    Sync,
+)
 from rfms_can.wire.vocabulary import (
     DRIVEN,
     Command,
@@ -37,6 +55,9 @@ from rfms_can.wire.vocabulary import (
 )
 
 EVERYONE: Final = 0
+ANY_SENDER: Final = -1
+"""In place of the sender of MEASURE and REFERENCE: the configuration names it."""
+_NUMBERS: Final = {name: number for number, name in DBC_NAMES.items()}
 _STATES: Final = tuple(NodeState)
 _SYNC_MISSING: Final = FaultCode.SYNC_MISSING
 _KNOWN: Final[dict[int, Parameter]] = {int(p): p for p in PARAMETERS}
@@ -81,12 +102,12 @@ class Controller(Protocol):
         """A SYNC did not come."""
 
 
-class FieldNode(Endpoint):
+class FieldNode(PortTellingEndpoint):
     """A joint or gripper node as the bus sees it.
 
     Args:
         number: node number, 1 to 6 joints, 7 gripper.
-        wire, boot_id: see ``Endpoint``.
+        wire, boot_id: see ``PortTellingEndpoint``.
         needed: parameters of a whole configuration.
         optional: what it may have besides.
         build: makes the controller of a whole configuration.
@@ -119,6 +140,7 @@ class FieldNode(Endpoint):
         build: Callable[[Parameters], Controller],
         drop_torque: Callable[[], None],
     ) -> None:
+        self._heard: dict[int, tuple[Receiver[Any], int]] = {}  # with who sends it, by identifier
         super().__init__(number, wire, boot_id)
         self.state = NodeState.INIT
         self.cycle = -1
@@ -138,13 +160,19 @@ class FieldNode(Endpoint):
         self._drop_torque = drop_torque
         self._deadline_ns: int | None = 0
         self._synchronised = False  # SYNC comes in time
+        self._obeyed = False  # RESET was taken since the last HEARTBEAT of a master
         self._watch_ns = 0  # longest time between two SYNCs, ns, once configured
+        self._again_ns = 0  # from one that did not come to the next, ns
+        self._numbers = SyncNumbers()
+        self._bad_frames = BadFrames()
+        self._port = PortWatch()
         self._emcy = self._sends(Emcy, number)
         self._ack = self._sends(ConfigAck, number)
         self._hears(Estop, None, self._on_estop)
         self._hears(Nmt, None, self._on_command)
         self._hears(Heartbeat, MASTER, self._on_master)
         self._hears(Sync, None, self._on_sync)
+        self._handlers[self.wire.id(Sync)] = (self._take_sync, self._on_sync)
         self._hears(Config, number, self._on_config)
         for record in (Heartbeat, Emcy, ConfigAck):
             self._hears_itself(record)
@@ -153,6 +181,18 @@ class FieldNode(Endpoint):
         """Register a frame of the node's own: one that is heard comes from a second node."""
         identifier = self.wire.id(record, self.number)
         self._hears(record, self.number, partial(self._on_own_frame, identifier))
+
+    def _hears(
+        self, record: type[NamedTuple], node: int | None, act: Callable[[Any], None]
+    ) -> None:
+        """Register a handler, and who is to blame for frames that are bad."""
+        super()._hears(record, node, act)
+        receiver = self._receivers[-1]
+        sender = ANY_SENDER
+        if record not in (Measure, Reference):
+            names = receiver.decoder.codec.senders
+            sender = _NUMBERS[next(iter(names))] if len(names) == 1 else 0
+        self._heard[self.wire.id(record, node)] = (receiver, sender)
 
     # --- the node protocol --------------------------------------------------------------------
 
@@ -166,8 +206,9 @@ class FieldNode(Endpoint):
             self.change(Event.BOOT)
             self._announce()
         else:
-            self._deadline_ns += self._watch_ns
+            self._deadline_ns += self._again_ns
             self._synchronised = False
+            self._watch_port()
             self.miss(FaultCode.SYNC_MISSING, Cause(MASTER, self.wire.id(Sync)))
             if self.controller is not None:
                 self.controller.lose_cycle()
@@ -202,7 +243,7 @@ class FieldNode(Endpoint):
             value: the number that broke the bound of ``cause``; without one, how many cycles the
                 fault has lasted, against the rung of the ladder.
         """
-        if self.state in DRIVEN or self.reaction is Reaction.DAMP:
+        if self.watches:
             reaction = self.ladder.miss(fault)
             if value is None:
                 value = float(self.ladder.misses[fault])
@@ -236,6 +277,11 @@ class FieldNode(Endpoint):
             self._drop_torque()
 
     @property
+    def watches(self) -> bool:
+        """Whether faults that last count: while it is driven, or brakes its motion."""
+        return self.state in DRIVEN or self.reaction is Reaction.DAMP
+
+    @property
     def error_register(self) -> int:
         """Faults since the last START or RESET: bit n for fault n, bit 0 for any."""
         bits = 0
@@ -245,10 +291,40 @@ class FieldNode(Endpoint):
 
     # --- what comes in ------------------------------------------------------------------------
 
+    def _take_sync(self, frame: Frame) -> Any:
+        """As a receiver does; one that is refused for its counter may be of a second master."""
+        receiver, _ = self._heard[frame.id]
+        values = receiver.take(frame)
+        if values is None:
+            sync: Any = receiver.decoder.result
+            if sync.__class__ is Sync and sync.dbc_hash == self.wire.dbc_hash:
+                self._is_foreign(sync)
+        return values
+
+    def _is_foreign(self, sync: Sync) -> bool:
+        """Whether a second master has sent it: no other has this cycle now."""
+        numbers = self._numbers
+        if not numbers.is_foreign(sync.cycle, self.ladder.misses[_SYNC_MISSING]):
+            return False
+        if not self.watches:
+            numbers.reset()
+            return False
+        self._refuse_master(self.wire.id(Sync), sync.cycle, numbers.last or 0)
+        return True
+
+    def _refuse_master(self, frame: int, value: int, known: int) -> None:
+        """Two masters: neither may drive."""
+        cause = Cause(MASTER, frame, float(known))
+        self.trip(FaultCode.FOREIGN_MASTER, cause, float(value))
+
     def _on_sync(self, sync: Sync) -> None:
         if sync.dbc_hash != self.wire.dbc_hash:
             self._refuse_database(sync)
             return
+        if self._is_foreign(sync):
+            return
+        self._numbers.last = sync.cycle
+        self._watch_port()
         self.ladder.clear(_SYNC_MISSING)
         self.cycle = sync.cycle
         self.bus_state = _STATES[sync.state]
@@ -271,10 +347,16 @@ class FieldNode(Endpoint):
     def _on_master(self, beat: Heartbeat) -> None:
         """A master that has started again counts from 0; not one beside a master that drives."""
         if self._synchronised and self.bus_state in DRIVEN:
-            if beat.boot_id != self._boots.setdefault(MASTER, beat.boot_id):
+            if self._obeyed:  # its RESET was taken, though SYNC of another was in time
+                self._boots[MASTER] = beat.boot_id
+            known = self._boots.setdefault(MASTER, beat.boot_id)
+            if beat.boot_id != known and self.watches and self._numbers.last is not None:
+                self._refuse_master(self.wire.id(Heartbeat, MASTER), beat.boot_id, known)
+            elif beat.boot_id != known:
                 self.ignored["HEARTBEAT of a second master"] += 1
         else:
             self._note_boot(MASTER, beat.boot_id)
+        self._obeyed = False
 
     def _on_command(self, nmt: Nmt) -> None:
         if nmt.node not in (EVERYONE, self.number):
@@ -293,10 +375,14 @@ class FieldNode(Endpoint):
             return
         if event in (Event.START, Event.RESET):
             self._forget_faults()
+        if event in (Event.START, Event.RESET, Event.HOME):
+            self._numbers.reset()
+            self._bad_frames.reset()
         if event is Event.START:
             self._restart_counters()
         elif event is Event.RESET:
             self._forget_counters()
+            self._obeyed = True
             if not self.config_hash:
                 self._begin_set()  # what came in before is of no use to a master that starts
         self.change(event)
@@ -320,6 +406,27 @@ class FieldNode(Endpoint):
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES and self.state is not NodeState.INIT:
             self.trip(FaultCode.EMERGENCY_STOP, Cause(), 0.0)
+
+    def _on_refused(self, frame: Frame) -> None:
+        """A frame is bad, or its counter out of step: the first again and again means no good."""
+        receiver, sender = self._heard[frame.id]
+        if receiver.decoder.result.__class__ is not Refusal or not self.watches:
+            return
+        if self._bad_frames.too_many(frame.id, self.cycle):
+            if sender == ANY_SENDER:
+                sender = int(self.parameters[Parameter.SENSOR_SOURCE])
+            cause = Cause(sender, frame.id, float(WINDOW_CYCLES))
+            self.trip(FaultCode.BAD_FRAMES, cause, float(BAD_IN_WINDOW))
+
+    def _watch_port(self) -> None:
+        """The own controller: off the bus, or it has lost frames."""
+        news = self._port.news(self.port_counts())
+        if news.bus_offs > 0:
+            self.trip(FaultCode.BUS_OFF, Cause(self.number), float(news.bus_offs))
+        if news.overflows > 0:
+            self.miss(FaultCode.QUEUE_OVERFLOW, Cause(self.number), float(news.overflows))
+        else:
+            self.ladder.clear(FaultCode.QUEUE_OVERFLOW)
 
     def _on_own_frame(self, identifier: int, _values: NamedTuple) -> None:
         """A second node sends as this one does: neither may drive."""
@@ -371,6 +478,7 @@ class FieldNode(Endpoint):
         lockstep = p[Parameter.CLOCK] == Clock.LOCKSTEP
         watch_s = p[Parameter.BARRIER if lockstep else Parameter.PERIOD]
         self._watch_ns = round(watch_s * 1e9)
+        self._again_ns = round(p[Parameter.PERIOD] * 1e9)
         return ConfigStatus.TAKEN
 
     def _announce(self) -> None:

@@ -75,12 +75,12 @@ class JointNode(FieldNode):
     @property
     def theta(self) -> float:
         """Measured joint angle, rad; 0 without a configuration."""
-        return 0.0 if self.controller is None else self.controller.theta
+        return 0.0 if self.controller is None else self.controller.sensing.theta
 
     @property
     def speed(self) -> float:
         """Measured joint speed, rad/s; 0 without a configuration."""
-        return 0.0 if self.controller is None else self.controller.speed
+        return 0.0 if self.controller is None else self.controller.sensing.speed
 
     @property
     def torque(self) -> float:

@@ -52,6 +52,21 @@ LADDERS: Final[dict[FaultCode, Steps]] = complete(
         # 20 ms at 250 Hz: a motor that drives away must not be left to the controlled stop
         FaultCode.RUNAWAY: ((5, Reaction.OFF),),
         FaultCode.DUPLICATE_NODE: ((1, Reaction.STOP),),
+        # a joint whose sensors or amplifier are not believed cannot hold itself: the brake can
+        FaultCode.SENSOR_MISMATCH: ((1, Reaction.OFF),),
+        FaultCode.SENSOR_STUCK: ((1, Reaction.OFF),),
+        FaultCode.ADC_SATURATED: ((1, Reaction.HOLD), (3, Reaction.DAMP)),
+        FaultCode.AMPLIFIER_FAULT: ((1, Reaction.HOLD), (2, Reaction.OFF)),
+        FaultCode.OVERSPEED: ((1, Reaction.HOLD), (2, Reaction.OFF)),
+        # its torque has not the effect that it should have: no controlled stop would be one
+        FaultCode.FOLLOWING_ERROR: ((1, Reaction.HOLD), (2, Reaction.OFF)),
+        FaultCode.OVERLOAD: ((1, Reaction.DAMP),),
+        FaultCode.STALL: ((1, Reaction.DAMP),),
+        FaultCode.ROWS_IMPLAUSIBLE: ((1, Reaction.HOLD), (3, Reaction.STOP)),
+        FaultCode.FOREIGN_MASTER: ((1, Reaction.STOP),),
+        FaultCode.BAD_FRAMES: ((1, Reaction.STOP),),
+        FaultCode.BUS_OFF: ((1, Reaction.DAMP),),
+        FaultCode.QUEUE_OVERFLOW: ((1, Reaction.HOLD), (3, Reaction.STOP)),
     },
     [fault for fault in FaultCode if fault is not FaultCode.NONE],
 )

@@ -6,7 +6,9 @@ they have gone out, so that SYNC never names a set that is still in a queue).
 
 from typing import Final, NamedTuple
 
+from rfms_can.master.fault import Fault
 from rfms_can.master.phases import CYCLING, Phase
+from rfms_can.messages.culprit import Culprit
 from rfms_can.tables import complete
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, NODE_NAMES, PLANT
 
@@ -48,16 +50,46 @@ EXPECTED: Final[dict[Phase, int]] = complete(
 """Frames of a cycle in each phase; heartbeats come on top when they are due."""
 
 
+_ERRORS: Final = _bits("ERROR", JOINTS)
+TORQUES: Final = _bits("DAC", JOINTS)
+"""What the plant drives the joints by."""
+
+
 class Lost(NamedTuple):
     """Who has been silent for too long.
 
     Attributes:
-        node: its number.
-        words: the same in words, with what did not come.
+        node: number of the node that is to blame.
+        frame: name of what does not come, or is not answered.
+        cycles: for how many cycles.
     """
 
     node: int
-    words: str
+    frame: str
+    cycles: int
+
+    @property
+    def words(self) -> str:
+        """The same in words."""
+        name = NODE_NAMES[self.node]
+        if self.frame == _UNANSWERED:
+            return (
+                f"{name}: {self.frame} is answered by no joint: no ERROR of any of them for "
+                f"{self.cycles} cycles, though MEASURE comes"
+            )
+        return f"{name}: no {self.frame} for {self.cycles} cycles"
+
+    @property
+    def fault(self) -> Fault:
+        """The same, as what the arm is halted for."""
+        culprit = Culprit(
+            NODE_NAMES[self.node], self.frame, None, float(self.cycles), float(SILENCE_BOUND)
+        )
+        return Fault(self.words, culprit)
+
+
+_UNANSWERED: Final = "SETPOINT_1"
+"""What has not gone out, or means nothing to them, where all joints lack an answer at once."""
 
 
 class Answers:
@@ -83,7 +115,11 @@ class Answers:
         self.missing = EXPECTED[phase] | beats | self._sensor
 
     def unanswered(self, cycle: int) -> Lost | None:
-        """The cycle ended incomplete: who has been silent for too long, or None."""
+        """The cycle ended incomplete: who has been silent for too long, or None.
+
+        A joint answers with ERROR once it has its set-point and its MEASURE. Where all six lack it
+        at once, and MEASURE comes, they have one cause: the set-point.
+        """
         lost = None
         for position in range(self.missing.bit_length()):
             one = 1 << position
@@ -96,9 +132,16 @@ class Answers:
             if count >= SILENCE_BOUND and lost is None:
                 kind, node = divmod(position, _NODES)
                 sender = _SENDERS.get(_KINDS[kind], node)
-                words = f"{NODE_NAMES[sender]}: no {_KINDS[kind]}_{node} for {count * every} cycles"
-                lost = Lost(sender, words)
+                lost = Lost(sender, f"{_KINDS[kind]}_{node}", count * every)
+        if lost is not None and lost.frame.startswith("ERROR") and self._all_lack_errors():
+            return Lost(MASTER, _UNANSWERED, lost.cycles)
         return lost
+
+    def _all_lack_errors(self) -> bool:
+        """Whether no joint has told its error, in this cycle and in those before it."""
+        if self.missing & _ERRORS != _ERRORS:
+            return False
+        return min(self._streaks[bit("ERROR", n)][1] for n in JOINTS) >= SILENCE_BOUND - 1
 
     def describe(self) -> str:
         """Names of what is missing."""

@@ -7,10 +7,15 @@ from rfms_can.master.rows.sets import MakeSender
 from rfms_can.master.trajectory.commanded import Told
 from rfms_can.setpoint.cartesian import CartesianSetpoint
 from rfms_can.setpoint.frames import values_of
-from rfms_can.wire.contract import BIAS_BELONGS, COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
+from rfms_can.wire.contract import (
+    BIAS_BELONGS,
+    COMPLY_BELONGS,
+    ESTOP_VALUES,
+    JOINT_SETPOINT_BELONGS,
+)
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import HEARTBEAT_EVERY
-from rfms_can.wire.records import Bias, Comply, Gripper, JointAngles, Nmt, Setpoint, Sync
+from rfms_can.wire.records import Bias, Comply, Estop, Gripper, JointAngles, Nmt, Setpoint, Sync
 from rfms_can.wire.vocabulary import Command, GripperCommand, NodeState
 
 ALL_JOINTS: Final = 0b111111
@@ -58,6 +63,7 @@ class Broadcast:
         self._second_angles = sends(JointAngles, 2)
         self._comply = sends(Comply, None)
         self._bias = sends(Bias, None)
+        self._estop = sends(Estop, None)
 
     def sync(self, cycle: int, state: NodeState, row_set: int) -> Frame:
         """SYNC of a cycle: the state of the bus, and the number of the rows in force."""
@@ -91,6 +97,10 @@ class Broadcast:
         if gripper != self._sent_gripper or cycle % HEARTBEAT_EVERY == 0:
             self._sent_gripper = gripper
             out.append(self._gripper.frame(*gripper, cycle & 0xFF))
+
+    def emergency_stop(self) -> Frame:
+        """Torque off and brakes on everywhere."""
+        return self._estop.frame(*ESTOP_VALUES)
 
     def command(self, command: Command) -> Frame:
         """An NMT command to all nodes."""

@@ -8,10 +8,17 @@ cycle is closed.
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
+from msgspec import structs
+
+from rfms_can.master.answers import TORQUES, Lost
 from rfms_can.master.broadcast import Broadcast, Outgoing
+from rfms_can.master.corruption import Corruption
+from rfms_can.master.fault import Fault
 from rfms_can.master.force.control import ForceControl
 from rfms_can.master.inputs import CycleInputs
+from rfms_can.master.lateness import Lateness
 from rfms_can.master.motion import Motion
+from rfms_can.master.own_frames import OwnFrames
 from rfms_can.master.phases import BUS_STATES, CYCLING, Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.sets import RowSets
@@ -20,7 +27,9 @@ from rfms_can.master.start_up.suspects import Suspects
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import STILL_CYCLES, Stillness
 from rfms_can.master.timer import CycleTimer
+from rfms_can.master.traffic import Traffic
 from rfms_can.master.verification import Verification
+from rfms_can.messages.culprit import FOREIGN, PROGRAM, Culprit
 from rfms_can.tables import complete
 from rfms_can.wire.contract import LAST_CYCLE
 from rfms_can.wire.frame import Frame
@@ -31,6 +40,8 @@ BRAKING_CYCLES: Final = 12
 """Cycles the master waits for the brakes after STOP before it ends all the same."""
 SETTLING_CYCLES: Final = 125
 """Cycles after which a halted arm that still moves is not waited for any more."""
+JUDGED: Final = frozenset((Phase.HOME, Phase.READY, Phase.RUN))
+"""Phases in which what nodes send too often, or corrupt, halts the arm; in others it is halted."""
 SILENCE_COUNTS: Final = 4
 """What a cycle without answers counts for then: in lockstep each takes as long as the barrier."""
 
@@ -66,6 +77,11 @@ class Parts(NamedTuple):
         stillness: for how long arm and jaw have stood still.
         verification: whether the joints are where they were commanded to be.
         suspects: what a silent node has sent instead.
+        own_frames: what has gone out.
+        traffic: who takes too much of the bus.
+        lateness: whether the master itself is late.
+        corruption: who sends bad frames again and again.
+        setpoint_id: identifier of SETPOINT_1.
     """
 
     machine: PhaseMachine
@@ -81,6 +97,11 @@ class Parts(NamedTuple):
     stillness: Stillness
     verification: Verification
     suspects: Suspects
+    own_frames: OwnFrames
+    traffic: Traffic
+    lateness: Lateness
+    corruption: Corruption
+    setpoint_id: int
 
 
 class ControlCycle:
@@ -124,10 +145,17 @@ class ControlCycle:
         self._stillness = parts.stillness
         self._verification = parts.verification
         self._suspects = parts.suspects
+        self._own_frames = parts.own_frames
+        self._traffic = parts.traffic
+        self._lateness = parts.lateness
+        self._corruption = parts.corruption
+        self._setpoint_id = parts.setpoint_id
         self._beat = beat
         self._restart_counters = restart_counters
         self._next: Outgoing | None = None  # made when a cycle is closed
         self._now_ns = 0  # when the last cycle was closed
+        self._began_ns = 0  # when the cycle under way was due
+        self._unanswered = 0  # bits of what did not come in the last cycle, if it was incomplete
         self._homing = 0  # cycles since HOME
         self._ending = 0  # cycles since the arm was disabled
 
@@ -143,11 +171,15 @@ class ControlCycle:
         if timer.stopped or not machine.cycling:
             return
         timer.begin(began_ns)
+        self._judge_traffic(began_ns, out)
         cycle = self.number = self.number + 1 & LAST_CYCLE
         phase = machine.phase
+        self._corruption.begin()
         state = BUS_STATES[phase]
         out.append(self._broadcast.sync(cycle, state, self._rows.in_force.number))
         self._inputs.begin(phase, cycle)
+        if phase is Phase.RUN:
+            self._lateness.begin(began_ns)
         if phase is Phase.RUN and self._next is not None:
             self._broadcast.setpoint(self._next, cycle, out)
             self.sent = SentSetpoint(self._motion.generator.tick_count, cycle, now_ns)
@@ -182,7 +214,7 @@ class ControlCycle:
             reached = force.close(motion.force_request, q, errors, model, in_force)
             if reached:
                 motion.end_guarded(reached)
-            violation = self._verify() or force.comply.limit_violation()
+            violation = self._verify() or self._overcomplied()
             if violation:
                 self.halt(violation, out)
             else:
@@ -194,23 +226,55 @@ class ControlCycle:
 
     def close_incomplete(self, now_ns: int, out: list[Frame]) -> None:
         """The time of the cycle is over, and an answer is missing."""
+        self._unanswered = unanswered = self._inputs.missing
         missing, lost = self._inputs.give_up(self.number)
         self._statistics.miss(missing)
         phase = self._machine.phase
         if phase is Phase.END:
             self._ending += SILENCE_COUNTS
         elif lost and phase is not Phase.RESET:  # who is missing is seen when all are called
-            besides = self._suspects.of(lost.node, enabled=phase is Phase.RUN)
-            self.halt(f"{lost.words}{besides}", out)
+            behind = self._corruption.behind(lost.frame, lost.cycles, self.closed, self.number)
+            self.halt(behind or self._silence_of(lost, phase), out)
+        elif phase in JUDGED:
+            corrupt = self._corruption.end_incomplete(self.closed, unanswered, self.number)
+            if corrupt is not None:
+                self.halt(corrupt, out)
         self.close(now_ns, out)
 
-    def halt(self, reason: str, out: list[Frame], *, emergency: bool = False) -> None:
-        """Latch a fault: every node stops, and stays stopped; see ``PhaseMachine.latch``."""
+    def _silence_of(self, lost: Lost, phase: Phase) -> Fault:
+        """Who has been silent for too long, with what has come from it instead."""
+        words, culprit = lost.fault
+        besides = self._suspects.of(lost.node, enabled=phase is Phase.RUN)
+        return Fault(f"{words}{besides}", culprit)
+
+    def halt(
+        self,
+        fault: Fault,
+        out: list[Frame],
+        *,
+        emergency: bool = False,
+        silent: bool = False,
+        instead: Frame | None = None,
+    ) -> None:
+        """Latch a fault: every node stops, and stays stopped; see ``PhaseMachine.latch``.
+
+        Args:
+            fault: why.
+            out: takes the command.
+            emergency: whether it is an emergency stop.
+            silent: send nothing, for the nodes are another master's.
+            instead: what is sent instead of QUICKSTOP, a controlled stop.
+        """
         cycling = self._machine.cycling
-        if self._machine.latch(reason, emergency=emergency):
+        words, culprit = fault
+        if culprit.cycle is None and cycling:
+            culprit = structs.replace(culprit, cycle=self.number)
+        known = culprit if culprit.sender else None
+        if self._machine.latch(words, known, emergency=emergency):
             self.halted = 0
-            self._motion.generator.disable(reason)
-            out.append(self._broadcast.command(Command.QUICKSTOP))
+            self._motion.generator.disable(words)
+            if not silent:
+                out.append(instead or self._broadcast.command(Command.QUICKSTOP))
             if not cycling:
                 self._timer.stop()
 
@@ -240,7 +304,26 @@ class ControlCycle:
 
     # --- steps of a cycle ---------------------------------------------------------------------
 
-    def _verify(self) -> str | None:
+    def _judge_traffic(self, began_ns: int, out: list[Frame]) -> None:
+        """A cycle is over by its SYNC: who has taken too much of it?
+
+        A bus that no longer carries the joints' torques carries no controlled stop: the plant would
+        brake joint after joint while the others drive. Then torque goes off everywhere.
+        """
+        duration_ns, self._began_ns = began_ns - self._began_ns, began_ns
+        unanswered, self._unanswered = self._unanswered, 0
+        fault = self._traffic.end_cycle(self.number, duration_ns)
+        if fault is not None and self._machine.phase in JUDGED:
+            full = fault.culprit.sender == FOREIGN and bool(unanswered & TORQUES)
+            stop = self._broadcast.emergency_stop() if full else None
+            self.halt(fault, out, instead=stop)
+
+    def _overcomplied(self) -> Fault | None:
+        """Whether compliance has let the arm go too far."""
+        words = self._force.comply.limit_violation()
+        return None if words is None else Fault(words, Culprit(PROGRAM, "COMPLY", self.number))
+
+    def _verify(self) -> Fault | None:
         """Whether the joints are where this cycle's set-point has them; which is not, and why."""
         outgoing = self._next
         if outgoing is None:
@@ -249,15 +332,16 @@ class ControlCycle:
         verification = self._verification
         if not motion.following.moves:
             verification.rested()
-        wrong = verification.check(
+        return verification.check(
             motion.commanded.theta,
             outgoing.displacement,
             inputs.arm_state.q,
             inputs.errors,
             inputs.sampled & inputs.told,
             None if law is None else law.errors,
+            cycle=self.number,
+            altered=self._own_frames.altered[self._setpoint_id],
         )
-        return f"{wrong} (cycle {self.number})" if wrong else None
 
     def _make_setpoint(self) -> None:
         """The set-point of the next cycle, and what goes with it."""
@@ -278,7 +362,7 @@ class ControlCycle:
             if wrong is not None:
                 self.halt(wrong, out)
         elif self._homing > self._bring_up.homing_cycles:
-            self.halt(self._bring_up.whom_homing_waits_for(self._inputs.arm_state), out)
+            self.halt(self._bring_up.homing_overdue(self._inputs.arm_state), out)
         else:
             self._stop_on_request(out)
 
@@ -315,6 +399,9 @@ class ControlCycle:
         self._motion.enable(state.q)
         self._force.reset()
         self._verification.reset()
+        self._lateness.forget()
+        self._corruption.forget()
+        self._traffic.forget()
         if GRIPPER in self._bring_up.unreferenced:
             state.open_counts = state.jaw_counts  # homing has left it there
             self._requests.release_jaw()

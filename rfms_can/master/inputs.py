@@ -33,6 +33,8 @@ class CycleInputs:
         errors: joint errors, rad (6).
         torques: what the nodes have set the motors to, Nm (6).
         sampled, told: bits of the joints whose MEASURE, ERROR is of the cycle; bit 0 is joint 1.
+        spoken: bits of the joints whose ERROR or DAC is: they have heard its SYNC.
+        sampled_before, told_before, spoken_before: the same of the cycle before.
     """
 
     __slots__ = (
@@ -47,7 +49,11 @@ class CycleInputs:
         "arm_state",
         "errors",
         "sampled",
+        "sampled_before",
+        "spoken",
+        "spoken_before",
         "told",
+        "told_before",
         "torques",
     )
 
@@ -64,7 +70,8 @@ class CycleInputs:
         self.arm_state = arm_state
         self.errors = [0.0] * len(JOINTS)
         self.torques = [0.0] * len(JOINTS)
-        self.sampled = self.told = 0
+        self.sampled = self.told = self.spoken = 0
+        self.sampled_before = self.told_before = self.spoken_before = 0
         self._torque_scales = torque_scales
         self._reading: tuple[float, ...] | None = None
         self._answers = Answers(sensor=sensor)
@@ -76,7 +83,9 @@ class CycleInputs:
 
     def begin(self, phase: Phase, cycle: int) -> None:
         """A cycle begins: everything that its phase expects is missing."""
-        self.sampled = self.told = 0
+        self.sampled_before, self.told_before = self.sampled, self.told
+        self.spoken_before = self.spoken
+        self.sampled = self.told = self.spoken = 0
         self._cycle = cycle & 0xFF  # as MEASURE, ERROR and DAC carry it
         self._samples = MEASURES | REFERENCES if phase is Phase.HOME else MEASURES
         self._answers.begin(phase, cycle)
@@ -85,6 +94,11 @@ class CycleInputs:
     def complete(self) -> bool:
         """Whether all have answered."""
         return not self._answers.missing
+
+    @property
+    def missing(self) -> int:
+        """Bits of what has not come."""
+        return self._answers.missing
 
     def give_up(self, cycle: int) -> tuple[str, Lost | None]:
         """The time of a cycle is over: do not wait for what is missing.
@@ -148,6 +162,7 @@ class CycleInputs:
         if error.cycle == self._cycle:
             self.errors[joint - 1] = error.error
             self.told |= 1 << joint - 1
+            self.spoken |= 1 << joint - 1
             self.answered(answer)
         else:
             self._ignored["stale ERROR"] += 1
@@ -156,6 +171,7 @@ class CycleInputs:
         """DAC of node 1 to 7."""
         if dac.cycle == self._cycle:
             if node != GRIPPER:
+                self.spoken |= 1 << node - 1
                 current, fine = self._torque_scales[node - 1]
                 self.torques[node - 1] = current * dac.current_dac + fine * dac.force_dac
             self.answered(answer)

@@ -5,9 +5,9 @@ One cycle through the code: a SYNC (``cycle.ControlCycle.begin``), frames (here,
 the cycle (``ControlCycle.close``).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 from rfms_can.arm import Arm
 from rfms_can.compliance import LAWS
@@ -15,30 +15,46 @@ from rfms_can.dynamics.model import NONE, make_dynamics
 from rfms_can.errors import FaultError, ProgramError
 from rfms_can.master.answers import bit
 from rfms_can.master.arm_state import ArmState
+from rfms_can.master.blame import blame
 from rfms_can.master.broadcast import Broadcast
+from rfms_can.master.corruption import Corruption, Watched
 from rfms_can.master.cycle import ControlCycle, Parts
+from rfms_can.master.fault import Fault
 from rfms_can.master.force.control import ForceControl, ForceSettings
 from rfms_can.master.inputs import CycleInputs
+from rfms_can.master.lateness import Lateness
 from rfms_can.master.motion import NOTED, Motion
+from rfms_can.master.own_frames import OwnFrames
 from rfms_can.master.phases import BUS_STATES, NO_RESET, Phase, PhaseEvent, PhaseMachine
 from rfms_can.master.requests import ProgramRequests
 from rfms_can.master.rows.math_processor import MathProcessor
 from rfms_can.master.rows.sets import RowSets
 from rfms_can.master.settings import MasterSettings
-from rfms_can.master.start_up.bring_up import BringUp
+from rfms_can.master.start_up.bring_up import BringUp, heartbeat_fault
 from rfms_can.master.start_up.node_parameters import Parameters, parameters_for
 from rfms_can.master.start_up.suspects import Suspects
 from rfms_can.master.statistics import RunStatistics
 from rfms_can.master.stillness import Stillness
 from rfms_can.master.timer import CycleTimer
+from rfms_can.master.traffic import Message as DueMessage
+from rfms_can.master.traffic import Traffic
 from rfms_can.master.verification import Verification
 from rfms_can.messages import Answer, Message, ResetRequest
+from rfms_can.messages.culprit import OPERATOR, Culprit
 from rfms_can.node.port_counts import PortTellingEndpoint
 from rfms_can.node.protocol import NOTHING
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
-from rfms_can.wire.emergency import in_words as emergency_in_words
 from rfms_can.wire.frame import IDENTIFIERS, Frame
-from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT
+from rfms_can.wire.nodes import (
+    DBC_NAMES,
+    GRIPPER,
+    HEARTBEAT_EVERY,
+    JOINTS,
+    MASTER,
+    NODE_NAMES,
+    PLANT,
+)
+from rfms_can.wire.protection import Refusal
 from rfms_can.wire.records import (
     ConfigAck,
     Dac,
@@ -50,10 +66,16 @@ from rfms_can.wire.records import (
     Measure,
     Reference,
     Rows,
+    Setpoint,
+    Sync,
 )
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 _OWN_HEARTBEAT = bit("HEARTBEAT", MASTER)
+_UNSCHEDULED: Final = frozenset(("EMCY", "ESTOP", "NMT", "CONFIG", "CONFIG_ACK"))
+"""Messages that do not come by the cycle."""
+_ALONE: Final = frozenset((Phase.HALT, Phase.RESET, Phase.END))
+"""Phases in which a second master changes nothing: this one does not drive."""
 
 
 class MasterNode(PortTellingEndpoint):
@@ -82,14 +104,17 @@ class MasterNode(PortTellingEndpoint):
         verification: whether the joints are where they were commanded to be.
         requests: of programs.
         cycle: begins and closes control cycles.
-        heard_back: own frames heard when they had gone out.
+        own_frames: what it has sent, and has heard back when it had gone out.
+        traffic: who takes too much of the bus.
+        lateness: whether it is late itself.
+        corruption: who sends bad frames again and again.
     """
 
     def __init__(self, arm: Arm, wire: Wire, boot_id: int, settings: MasterSettings) -> None:
         super().__init__(MASTER, wire, boot_id)
         self.arm = arm
         self.settings = settings
-        self.heard_back = 0
+        self._listening = settings.listening_s > 0.0
         parameters = parameters_for(arm, settings)
         period_s = settings.period_ns * 1e-9
         gains = tuple(parameters[joint][Parameter.KP] for joint in JOINTS)
@@ -134,6 +159,14 @@ class MasterNode(PortTellingEndpoint):
             self.rows,
             sensor=settings.sensor,
         )
+        self._senders.extend(self.bring_up.senders)
+        self.own_frames = OwnFrames(self._own_identifiers())
+        self._hear_all()
+        self._by_identifier = {r.decoder.codec.id: r for r in self._receivers}
+        self.corruption = Corruption(self._watched())
+        scheduled = not self.timer.lockstep
+        self.traffic = Traffic(self._due(), settings.bus_time if scheduled else None)
+        self.lateness = Lateness(settings.period_ns, scheduled=scheduled)
         parts = Parts(
             machine=self.machine,
             timer=self.timer,
@@ -148,12 +181,13 @@ class MasterNode(PortTellingEndpoint):
             stillness=self.stillness,
             verification=self.verification,
             suspects=self.suspects,
+            own_frames=self.own_frames,
+            traffic=self.traffic,
+            lateness=self.lateness,
+            corruption=self.corruption,
+            setpoint_id=wire.id(Setpoint, 1),
         )
         self.cycle = ControlCycle(parts, self._beat, self._restart_counters)
-
-        self._senders.extend(self.bring_up.senders)
-        self._estop = self._sends(Estop)
-        self._hear_all()
 
     def _hear_all(self) -> None:
         """Register what is heard, and which part takes it."""
@@ -166,7 +200,6 @@ class MasterNode(PortTellingEndpoint):
             )
             for record, kind, take in takes:
                 self._hears(record, joint, partial(take, joint, bit(kind, joint)))
-            self._hears_back(Rows, joint, partial(self._on_rows_sent, bit("ROWS", joint)))
         self._hears(Measure, GRIPPER, inputs.on_jaw)
         self._hears(Force, None, inputs.on_force)
         for node in (*JOINTS, GRIPPER):
@@ -176,12 +209,50 @@ class MasterNode(PortTellingEndpoint):
             answer = bit("HEARTBEAT", node)
             self._hears(Heartbeat, node, partial(self._on_heartbeat, node, answer))
             self._hears(Emcy, node, partial(self._on_emergency, node))
-        self._hears_back(Heartbeat, MASTER, self._on_beat_sent)
         self._hears(Estop, None, self._on_estop)
+        # own frames, when they have gone out: the transmit confirmation
+        for identifier in self._own_identifiers():
+            self._handlers[identifier] = (self._confirmed, _nothing_more)
+        for joint in JOINTS:
+            rows = partial(self._on_rows_sent, bit("ROWS", joint))
+            self._handlers[self.wire.id(Rows, joint)] = (self._confirmed, rows)
+        beat, sync = self.wire.id(Heartbeat, MASTER), self.wire.id(Sync)
+        self._handlers[beat] = (self._confirmed, self._on_beat_sent)
+        self._handlers[sync] = (self._confirmed, self._on_sync_sent)
 
-    def _hears_back(self, record: type[Any], node: int, act: Callable[[Frame], None]) -> None:
-        """Hear an own frame when it has gone out: the transmit confirmation."""
-        self._handlers[self.wire.id(record, node)] = (_as_is, act)
+    def _own_identifiers(self) -> frozenset[int]:
+        """Of the messages that the master alone sends."""
+        own = {sender.codec.id for sender in self._senders}
+        return frozenset(own - {self.wire.id(Estop)})
+
+    def _due(self) -> dict[int, DueMessage]:
+        """The messages that come by the cycle, by identifier."""
+        due: dict[int, DueMessage] = {}
+        for name, codec in self.wire.codecs.items():
+            kind = name.rstrip("0123456789").rstrip("_")
+            if codec.id in self._handlers and kind not in _UNSCHEDULED:
+                due[codec.id] = DueMessage(name, _sender_of(codec.senders), codec.length)
+        return due
+
+    def _watched(self) -> dict[int, Watched]:
+        """The messages that a cycle waits for, by identifier."""
+        answers: list[tuple[type[Any], str, Sequence[int], int]] = [
+            (Measure, "MEASURE", (*JOINTS, GRIPPER), PLANT),
+            (Reference, "REFERENCE", JOINTS, PLANT),
+            (JointError, "ERROR", JOINTS, 0),
+            (Dac, "DAC", (*JOINTS, GRIPPER), 0),
+            (Heartbeat, "HEARTBEAT", (*JOINTS, GRIPPER, PLANT), 0),
+        ]
+        return {
+            self.wire.id(record, node): Watched(
+                f"{kind}_{node}",
+                NODE_NAMES[sender or node],
+                bit(kind, node),
+                HEARTBEAT_EVERY if record is Heartbeat else 1,
+            )
+            for record, kind, nodes, sender in answers
+            for node in nodes
+        }
 
     @property
     def accepts(self) -> frozenset[int]:
@@ -195,6 +266,16 @@ class MasterNode(PortTellingEndpoint):
     def phase(self) -> Phase:
         """What the master is doing with the bus."""
         return self.machine.phase
+
+    @property
+    def heard_back(self) -> int:
+        """Own frames that have gone out, by their transmit confirmation."""
+        return self.own_frames.confirmed
+
+    @property
+    def culprit(self) -> Culprit | None:
+        """Who is to blame for the fault, or None."""
+        return self.machine.culprit
 
     @property
     def fault(self) -> str | None:
@@ -269,19 +350,59 @@ class MasterNode(PortTellingEndpoint):
 
     def emergency_stop(self, reason: str) -> None:
         """Torque off and brakes on everywhere: ESTOP goes out at the next step, with no wait."""
-        self._out.append(self._estop.frame(*ESTOP_VALUES))
+        self._out.append(self.broadcast.emergency_stop())
         self.timer.send_now()
-        self.cycle.halt(reason, self._out, emergency=True)
+        self.cycle.halt(Fault(reason, Culprit(OPERATOR, "ESTOP")), self._out, emergency=True)
 
-    def lose(self, reason: str) -> None:
+    def lose(self, reason: str, sender: str = "") -> None:
         """Latch a fault that was seen beside the bus: the process of a node has ended."""
-        self._halt(reason)
+        self._halt(Fault(reason, Culprit(sender)))
 
     # --- time ---------------------------------------------------------------------------------
 
     def next_deadline_ns(self) -> int | None:
-        """Next SYNC, or in lockstep the barrier; before cycles run, the next call for nodes."""
-        return self.timer.deadline_ns
+        """Next SYNC, or in lockstep the barrier; before cycles run, the next call for nodes.
+
+        Before that the instant from which its own SYNC is late too often.
+        """
+        deadline_ns, late_ns = self.timer.deadline_ns, self.lateness.deadline_ns
+        if late_ns is None or deadline_ns is None or self.machine.phase is not Phase.RUN:
+            return deadline_ns
+        return min(deadline_ns, late_ns)
+
+    def on_frame(self, frame: Frame, now_ns: int) -> Sequence[Frame]:
+        """Receive a frame: count it, refuse it, or pass its values to its handler."""
+        identifier = frame.id
+        handler = self._handlers.get(identifier)
+        if handler is None:
+            self.foreign += 1
+            self.traffic.hear_foreign(frame)
+            return NOTHING
+        self._now_ns = now_ns
+        counts = self.traffic.counts
+        if identifier in counts:
+            counts[identifier] += 1
+        take, act = handler
+        values = take(frame)
+        if values is not None:
+            act(values)
+        else:
+            self._on_refused(frame)
+        return self._flush() if self._out else NOTHING
+
+    def _flush(self) -> Sequence[Frame]:
+        """The frames collected to send; their confirmation is waited for."""
+        for frame in self._out:
+            self.own_frames.sent(frame)
+        return super()._flush()
+
+    def _on_refused(self, frame: Frame) -> None:
+        """A frame was refused: not for its counter, but for what it carries."""
+        receiver = self._by_identifier.get(frame.id)
+        if receiver is not None:
+            result = receiver.decoder.decode(frame)
+            if isinstance(result, Refusal):
+                self.corruption.refused(frame.id, result.value)
 
     def on_time(self, now_ns: int) -> Sequence[Frame]:
         """Begin the next cycle, closing an incomplete one; or call for nodes again."""
@@ -289,11 +410,17 @@ class MasterNode(PortTellingEndpoint):
         if timer.take_urgent():
             return self._flush()
         deadline_ns = timer.due(now_ns)
+        if self.machine.phase is Phase.RUN:
+            self._judge_lateness(deadline_ns, now_ns)
         if deadline_ns is None:
-            return NOTHING
+            return self._flush()
         self._now_ns = now_ns
         if not self.machine.cycling:
-            self._call_nodes(now_ns)
+            if self._listening:  # to those who are there already, before anything is sent
+                self._listening = False
+                self.timer.retry(now_ns + round(self.settings.listening_s * 1e9))
+            else:
+                self._call_nodes(now_ns)
             return self._flush()
         complete = self.inputs.complete
         if not complete:
@@ -304,14 +431,23 @@ class MasterNode(PortTellingEndpoint):
             self.cycle.begin(deadline_ns, now_ns, self._out)
         return self._flush()
 
+    def _judge_lateness(self, deadline_ns: int | None, now_ns: int) -> None:
+        number = self.cycle.number
+        fault = self.lateness.judge(now_ns, number)
+        if fault is None and deadline_ns is not None:
+            fault = self.lateness.overslept(deadline_ns, now_ns, number)
+        if fault is not None:
+            self._halt(fault)
+
     def _call_nodes(self, now_ns: int) -> None:
         frames = self.bring_up.call(now_ns)
         self.timer.retry(now_ns + self.bring_up.retry_ns)
         if self.machine.phase is Phase.ROLL_CALL:
             self._beat(BUS_STATES[Phase.ROLL_CALL])
         self._out.extend(frames)
-        if self.bring_up.problem:
-            self._halt(f"{self.bring_up.problem}{self.suspects.all_bad()}")
+        fault = self.bring_up.fault(self.suspects.all_bad())
+        if fault is not None:
+            self._halt(fault)
 
     # --- frames of a cycle; most go to the inputs ---------------------------------------------
 
@@ -321,12 +457,35 @@ class MasterNode(PortTellingEndpoint):
     def _close_cycle(self) -> None:
         self.cycle.close(self._now_ns, self._out)
 
+    def _confirmed(self, frame: Frame) -> Frame | None:
+        """An own frame that has gone out; None if it is another master's."""
+        if self.own_frames.confirm(frame):
+            return frame
+        self._on_second_master(frame)
+        return None
+
+    def _on_second_master(self, frame: Frame) -> None:
+        """Another master sends as this one does: neither may go on."""
+        self.ignored["frame of a second master"] += 1
+        if self.machine.phase in _ALONE:
+            return
+        name = next(name for name, codec in self.wire.codecs.items() if codec.id == frame.id)
+        silent = self.bring_up.introducing
+        words = (
+            f"another master drives this bus, it sends {name}: stop it first, or take another bus"
+            if silent
+            else f"a second master is on the bus, it sends {name}: stop one of them"
+        )
+        culprit = Culprit(NODE_NAMES[MASTER], name, None, 1.0, 0.0)
+        self.cycle.halt(Fault(f"master: {words}", culprit), self._out, silent=silent)
+
+    def _on_sync_sent(self, _: Frame) -> None:
+        self.lateness.confirm(self._now_ns)
+
     def _on_beat_sent(self, _: Frame) -> None:
-        self.heard_back += 1
         self.inputs.answered(_OWN_HEARTBEAT)
 
     def _on_rows_sent(self, answer: int, frame: Frame) -> None:
-        self.heard_back += 1
         if self.rows.gone_out(frame):
             self.inputs.answered(answer)
 
@@ -343,7 +502,7 @@ class MasterNode(PortTellingEndpoint):
         if wrong is None and stopped and machine.phase is Phase.RUN:
             wrong = f"{NODE_NAMES[node]} is in {NodeState(beat.state).name}"
         if wrong is not None:
-            self._halt(wrong)
+            self._halt(heartbeat_fault(roster, node, wrong))
         elif machine.phase is Phase.ROLL_CALL and self.bring_up.all_present:
             machine.change(PhaseEvent.ALL_PRESENT)
             self._out.extend(self.bring_up.configure(self._now_ns))
@@ -358,8 +517,9 @@ class MasterNode(PortTellingEndpoint):
         if machine.phase is not Phase.CONFIGURE:
             return
         self._out.extend(bring_up.acknowledge(node, ack))
-        if bring_up.problem:
-            self._halt(bring_up.problem)
+        fault = bring_up.fault()
+        if fault is not None:
+            self._halt(fault)
         elif bring_up.configured:
             self._begin_homing()
 
@@ -374,14 +534,15 @@ class MasterNode(PortTellingEndpoint):
         before = self.machine.phase in (Phase.RESET, Phase.ROLL_CALL)
         if before and emergency.fault != FaultCode.DUPLICATE_NODE:
             return
-        self._halt(f"{NODE_NAMES[node]}: {emergency_in_words(self.wire, node, emergency)}")
+        self._halt(blame(self.wire, self.inputs, node, emergency, self.cycle.number))
 
     def _on_estop(self, estop: Estop) -> None:
         if estop == ESTOP_VALUES:
-            self.cycle.halt("emergency stop on the bus", self._out, emergency=True)
+            fault = Fault("emergency stop on the bus", Culprit(OPERATOR, "ESTOP"))
+            self.cycle.halt(fault, self._out, emergency=True)
 
-    def _halt(self, reason: str) -> None:
-        self.cycle.halt(reason, self._out)
+    def _halt(self, fault: Fault) -> None:
+        self.cycle.halt(fault, self._out)
 
 
 def _torque_scales(parameters: dict[int, Parameters]) -> list[tuple[float, float]]:
@@ -390,5 +551,11 @@ def _torque_scales(parameters: dict[int, Parameters]) -> list[tuple[float, float
     return [(p[Parameter.TORQUE_PER_CODE], p[Parameter.TORQUE_PER_FORCE_CODE]) for p in of_joints]
 
 
-def _as_is(frame: Frame) -> Frame:
-    return frame
+def _nothing_more(_: Frame) -> None:
+    """That it has gone out is all that is asked of most frames."""
+
+
+def _sender_of(senders: Collection[str]) -> str:
+    """Name of a message's sender: of those that may send samples, the plant."""
+    numbers = [number for number, name in DBC_NAMES.items() if name in senders]
+    return NODE_NAMES[PLANT if PLANT in numbers else numbers[0]]

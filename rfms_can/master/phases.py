@@ -10,6 +10,7 @@ from enum import Enum, auto
 from typing import Final
 
 from rfms_can.errors import RfmsError
+from rfms_can.messages.culprit import Culprit
 from rfms_can.tables import complete
 from rfms_can.wire.vocabulary import NodeState
 
@@ -153,11 +154,12 @@ class PhaseMachine:
             ``FAULTS_KEPT`` of them.
     """
 
-    __slots__ = ("_emergency", "_fault", "_phase", "reset_faults")
+    __slots__ = ("_culprit", "_emergency", "_fault", "_phase", "reset_faults")
 
     def __init__(self) -> None:
         self._phase = Phase.ROLL_CALL
         self._fault: str | None = None
+        self._culprit: Culprit | None = None
         self._emergency: str | None = None
         self.reset_faults: deque[str] = deque(maxlen=FAULTS_KEPT)
 
@@ -170,6 +172,11 @@ class PhaseMachine:
     def fault(self) -> str | None:
         """Reason of the first fault, or None; latched until a reset."""
         return self._fault
+
+    @property
+    def culprit(self) -> Culprit | None:
+        """Who is to blame for that fault; None without one, or where no one is known."""
+        return self._culprit
 
     @property
     def emergency(self) -> str | None:
@@ -204,18 +211,21 @@ class PhaseMachine:
             )
         self._phase = next_phase(self._phase, PhaseEvent.RESET)
         self.reset_faults.append(self._fault)
-        self._fault = None
+        self._fault = self._culprit = None
 
     def lift(self) -> bool:
         """Lift the emergency stop; the fault stays latched. Whether one was in force."""
         lifted, self._emergency = self._emergency is not None, None
         return lifted
 
-    def latch(self, reason: str, *, emergency: bool = False) -> bool:
+    def latch(
+        self, reason: str, culprit: Culprit | None = None, *, emergency: bool = False
+    ) -> bool:
         """Latch a fault; the first reason stays. At the end of a run there is nothing to stop.
 
         Args:
             reason: why, in one line.
+            culprit: who is to blame.
             emergency: whether it is an emergency stop, which no reset leaves until it is lifted.
 
         Returns:
@@ -225,7 +235,7 @@ class PhaseMachine:
         if phase is Phase.END:
             return False
         if self._fault is None:
-            self._fault = reason
+            self._fault, self._culprit = reason, culprit
         if emergency and self._emergency is None:
             self._emergency = reason
         self._phase = next_phase(phase, PhaseEvent.FAULT)

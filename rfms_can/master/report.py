@@ -99,4 +99,5 @@ def status_of(
         emergency=master.emergency is not None,
         issued=issued,
         sensors=dict(sensors),
+        culprit=master.culprit,
     )

@@ -1,12 +1,13 @@
 """How the master runs the bus."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from rfms_can.arm.calibration import Calibration
 from rfms_can.compliance import ControlLaw
 from rfms_can.dynamics.model import FULL
+from rfms_can.master.traffic import BusTime
 from rfms_can.master.trajectory.queue import MAX_QUEUE
 from rfms_can.tables import complete
 from rfms_can.wire.configuration import Clock
@@ -76,6 +77,8 @@ class MasterSettings:
         dither: fraction of the friction, 0 to 1, that complying joints dither with at rest.
         following_error: largest error of a joint against what was commanded, rad; 0: by each
             joint's stiffness (``master/verification.py``).
+        bus_time: how long a frame takes on the bus, ns; None where that is not known.
+        listening_s: how long a master listens for another one before it sends anything, s.
     """
 
     rate_hz: float = 250.0
@@ -92,6 +95,8 @@ class MasterSettings:
     closed: bool = False
     dither: float = 0.0
     following_error: float = 0.0
+    bus_time: BusTime | None = field(default=None, compare=False)
+    listening_s: float = 0.0
 
     @property
     def clock_definition(self) -> ClockDefinition:

@@ -20,12 +20,14 @@ jumped. What was not heard in a cycle is not judged in it.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from rfms_can.wire.nodes import JOINTS
+from rfms_can.master.fault import Fault
+from rfms_can.messages.culprit import Culprit
+from rfms_can.wire.nodes import JOINTS, MASTER, NODE_NAMES
 from rfms_can.wire.vocabulary import Parameter
 
 Matrix = npt.NDArray[np.float64]
@@ -85,6 +87,16 @@ def following_bounds(
     return tuple(bounds)
 
 
+class _Seen(NamedTuple):
+    """A cycle as it was seen: angles and errors in rad (6)."""
+
+    goals: Sequence[float]
+    measured: Sequence[float]
+    told: Sequence[float]
+    cycle: int
+    altered: int
+
+
 class Verification:
     """Of six joints.
 
@@ -99,6 +111,7 @@ class Verification:
     """
 
     __slots__ = (
+        "_altered",
         "_doubt",
         "_doubted",
         "_parts_directions",
@@ -131,6 +144,7 @@ class Verification:
         self._strayed = [0] * len(JOINTS)  # cycles in a row beyond the bound
         self._untrue = [0] * len(JOINTS)  # cycles in a row in which ERROR told another error
         self._doubted = 0  # bits of joints that have missed a cycle since the arm rested last
+        self._altered = 0  # set-points gone out altered, by the last cycle that was right
         self._watching = False  # whether any count is not zero, or any joint is doubted
 
     def check(
@@ -141,7 +155,10 @@ class Verification:
         told: Sequence[float],
         heard: int = _ALL,
         held: Matrix | None = None,
-    ) -> str | None:
+        *,
+        cycle: int = 0,
+        altered: int = 0,
+    ) -> Fault | None:
         """Take a cycle of an enabled arm.
 
         Args:
@@ -151,27 +168,32 @@ class Verification:
             told: ERROR of the cycle, rad (6).
             heard: bits of the joints whose MEASURE and ERROR are of this cycle; bit 0 is joint 1.
             held: (6, 6), rows of the law in force, where the arm complies; None where it is rigid.
+            cycle: its number.
+            altered: set-points, so far, that have gone out otherwise than the master made them.
 
         Returns:
-            Which joint must not go on, and why; None if all may.
+            Who is to blame that a joint must not go on, and why; None if all may.
         """
         goals = commanded
         if displacement is not None:
             goals = [goal + shift for goal, shift in zip(commanded, displacement, strict=True)]
+        seen = _Seen(goals, measured, told, cycle, altered)
         if self._watching or heard != _ALL:
-            return self._judge(goals, measured, told, heard, held)
+            return self._judge(seen, heard, held)
         if held is None:
             for goal, angle, error, bound in zip(goals, measured, told, self.bounds, strict=True):
                 off = goal - angle
                 if off > bound or off < -bound or not -AGREEMENT <= off - error <= AGREEMENT:
-                    return self._judge(goals, measured, told, heard, held)
+                    return self._judge(seen, heard, held)
+            self._altered = altered
             return None
         errors = [goal - angle for goal, angle in zip(goals, measured, strict=True)]
         for off, error, real, bound in zip(
             errors, told, self._held(held, errors), self.bounds, strict=True
         ):
             if not (-AGREEMENT <= off - error <= AGREEMENT and -bound <= real <= bound):
-                return self._judge(goals, measured, told, heard, held)
+                return self._judge(seen, heard, held)
+        self._altered = altered
         return None
 
     def _held(self, held: Matrix, errors: Sequence[float]) -> Sequence[float]:
@@ -186,15 +208,9 @@ class Verification:
         if self._doubted:
             self._doubted = 0
 
-    def _judge(
-        self,
-        goals: Sequence[float],
-        measured: Sequence[float],
-        told: Sequence[float],
-        heard: int,
-        held: Matrix | None,
-    ) -> str | None:
+    def _judge(self, seen: "_Seen", heard: int, held: Matrix | None) -> Fault | None:
         """Count what is wrong, joint by joint."""
+        goals, measured, told = seen.goals, seen.measured, seen.told
         errors = [goal - angle for goal, angle in zip(goals, measured, strict=True)]
         real = errors if held is None else self._held(held, errors)
         self._doubted |= _ALL & ~heard
@@ -206,42 +222,57 @@ class Verification:
                 self._strayed[k] = 0 if abs(real[k]) <= bound else self._strayed[k] + 1
         self._watching = bool(self._doubted) or any(self._untrue) or any(self._strayed)
         if max(self._untrue) >= CYCLES:
-            return self._untruth(goals, measured, told)
+            return self._untruth(seen)
         if max(self._strayed) >= CYCLES:
-            return self._straying(goals, measured, real, held is not None)
+            return self._straying(seen, real, held is not None)
+        if not self._watching:
+            self._altered = seen.altered
         return None
 
-    def _untruth(
-        self, goals: Sequence[float], measured: Sequence[float], told: Sequence[float]
-    ) -> str:
-        """ERROR of a joint is not what its encoder says."""
+    def _untruth(self, seen: "_Seen") -> Fault:
+        """ERROR of a joint is not what its encoder says: its node is wrong, or the set-point.
+
+        What several joints tell at once, or what comes with a set-point that has gone out altered,
+        has the set-point as its cause: each computes its own error.
+        """
+        goals, measured, told = seen.goals, seen.measured, seen.told
         k = self._untrue.index(max(self._untrue))
         joint, error = k + 1, goals[k] - measured[k]
         wide = AGREEMENT + (self._doubt[k] if self._doubted >> k & 1 else 0.0)
-        return (
-            f"joint {joint}: ERROR_{joint} tells {told[k]:.6f} rad, but MEASURE_{joint} is "
-            f"{measured[k]:.6f} rad where {goals[k]:.6f} rad was commanded, which is "
-            f"{error:.6f} rad (bound {wide:g} rad, {CYCLES} cycles): its node computes another "
-            f"set-point"
+        off = (
+            f"ERROR_{joint} tells {told[k]:.6f} rad, but MEASURE_{joint} is {measured[k]:.6f} rad "
+            f"where {goals[k]:.6f} rad was commanded, which is {error:.6f} rad (bound {wide:g} "
+            f"rad, {CYCLES} cycles)"
+        )
+        number = f"(cycle {seen.cycle})"
+        others = sum(map(bool, self._untrue)) - 1
+        numbers = (seen.cycle, told[k] - error, wide)
+        if others or seen.altered != self._altered:
+            went = "went out altered" if seen.altered != self._altered else "is another one"
+            who = f"joint {joint}" + (f" and {others} more" if others else "")
+            return Fault(
+                f"master: SETPOINT_1 {went} for {who}: {off} {number}",
+                Culprit(NODE_NAMES[MASTER], "SETPOINT_1", *numbers),
+            )
+        return Fault(
+            f"joint {joint}: {off}: its node computes another set-point {number}",
+            Culprit(NODE_NAMES[joint], f"ERROR_{joint}", *numbers),
         )
 
-    def _straying(
-        self,
-        goals: Sequence[float],
-        measured: Sequence[float],
-        real: Sequence[float],
-        complies: bool,
-    ) -> str:
+    def _straying(self, seen: "_Seen", real: Sequence[float], complies: bool) -> Fault:
         """A joint is not where it was commanded to be: where the arm complies, by the held part."""
+        goals, measured = seen.goals, seen.measured
         strayed = [k for k, cycles in enumerate(self._strayed) if cycles >= CYCLES]
         off = [abs(goal - angle) for goal, angle in zip(goals, measured, strict=True)]
         among = range(len(JOINTS)) if complies else strayed  # rows mix the errors of the joints
         k = max(among, key=lambda i: off[i] / self.bounds[i])
         shown = max(strayed, key=lambda i: abs(real[i])) if complies else k
         factor = COMPLYING_FACTOR if complies else 1.0
-        return (
-            f"joint {k + 1} does not follow: MEASURE_{k + 1} is {measured[k]:.6f} rad where "
+        joint, value, bound = k + 1, factor * real[shown], factor * self.bounds[shown]
+        return Fault(
+            f"joint {joint} does not follow: MEASURE_{joint} is {measured[k]:.6f} rad where "
             f"{goals[k]:.6f} rad was commanded ({'held part' if complies else 'rigid'} off by "
-            f"{factor * real[shown]:.4f} rad, bound {factor * self.bounds[shown]:g} rad, {CYCLES} "
-            f"cycles): is it blocked, overloaded, or not driven as its node tells?"
+            f"{value:.4f} rad, bound {bound:g} rad, {CYCLES} cycles): is it blocked, overloaded, "
+            f"or not driven as its node tells? (cycle {seen.cycle})",
+            Culprit(NODE_NAMES[joint], f"MEASURE_{joint}", seen.cycle, value, bound),
         )

@@ -4,6 +4,7 @@ The same messages are sent over the link, or passed as objects within one proces
 """
 
 from rfms_can.messages.base import FARTHEST_CORNER, MAX_BYTES, T6, Message, Rigid, Vector3, Vector6
+from rfms_can.messages.culprit import Culprit
 from rfms_can.messages.functions import AnyFunction, Circular, Linear, Table, TableRow, Weave
 from rfms_can.messages.numbers import ServerNumbers
 from rfms_can.messages.outcomes import MoveOutcome, Outcome, OutcomeQuery
@@ -64,6 +65,7 @@ __all__ = [
     "AtRest",
     "Circular",
     "ComplyRequest",
+    "Culprit",
     "CycleReached",
     "EmergencyLift",
     "EmergencyStop",

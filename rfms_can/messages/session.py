@@ -9,6 +9,7 @@ from typing import Annotated, Final, Literal
 import msgspec
 
 from rfms_can.messages.base import Message, Name, Rigid, Vector6
+from rfms_can.messages.culprit import Culprit
 from rfms_can.messages.numbers import ServerNumbers
 from rfms_can.messages.outcomes import MoveOutcome, OutcomeQuery
 from rfms_can.messages.requests import (
@@ -261,6 +262,7 @@ class Status(msgspec.Struct, frozen=True):
         lease: name of its holder, or None.
         refused: requests refused so far.
         fault: the latched fault, or None.
+        culprit: who is to blame for it, and by what; None without one.
         emergency: whether an emergency stop is in force, which only a person lifts.
         issued: statuses the server has made before; of two the higher one is the newer.
         sensors: by name ``granted``, ``live`` or ``silent``: those that may observe references in
@@ -295,6 +297,7 @@ class Status(msgspec.Struct, frozen=True):
     emergency: bool = False
     issued: int = 0
     sensors: dict[str, str] = {}
+    culprit: Culprit | None = None
 
 
 class Reply(msgspec.Struct, frozen=True):

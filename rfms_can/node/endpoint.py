@@ -97,10 +97,16 @@ class Endpoint(ABC):
         values = take(frame)
         if values is not None:
             act(values)
+        else:
+            self._on_refused(frame)
         if not self._out:
             return NOTHING
         frames, self._out = self._out, []
         return frames
+
+    def _on_refused(self, frame: Frame) -> None:
+        """A frame has been refused, and counted; nothing more comes of it."""
+        return
 
     def _hears(
         self,

@@ -55,7 +55,7 @@ class ArmModel:
         self._step_s = physics_step_s
         self._limits = arm.joint_limits
         brake_torque = [BRAKE_TORQUE_RATIO * drive.torque_limit for drive in arm.drives]
-        self._dry = DryFriction(friction, brake_torque, arm.joint_limits, physics_step_s)
+        self._dry = DryFriction(friction, brake_torque, arm.hard_stops, physics_step_s)
         self._inertia = np.zeros((JOINT_COUNT, JOINT_COUNT))
         self._damping = np.diag([joint.viscous for joint in friction])
         # Views into MuJoCo's memory, taken once: each attribute look-up costs more than the copy.

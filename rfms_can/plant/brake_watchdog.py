@@ -2,16 +2,26 @@
 
 A brake closes only on what must be held. When one node falls silent while the arm moves, the
 others send no DAC either until their ladders bring them to a controlled stop, in the third cycle:
-they must come to rest on their ramps. So where no joint is heard, brakes wait one cycle more.
+they must come to rest on their ramps. So where the joints wait for one of them, brakes wait one
+cycle more. They do where no joint is heard, or one alone: that whose own ERROR is lost on the bus,
+or refused by all who hear it, has all six and drives on.
+
+A plant that hears neither SYNC nor any DAC is deaf itself, most likely: its joints come to rest on
+their ramps meanwhile, and may be heard again. It waits until they should be damped.
 """
 
 from collections.abc import Sequence
 from typing import Final
 
 SILENT_CYCLES: Final = 3
-"""Cycles without a DAC frame after which a brake closes, where another joint is heard."""
+"""Cycles without a DAC frame after which a brake closes, where the other joints are heard."""
 SPEECHLESS_CYCLES: Final = SILENT_CYCLES + 1
-"""The same where none is: joints that wait for one of them speak again in the third cycle."""
+"""The same where the joints wait for one of them: they speak again in the third cycle."""
+DEAF_CYCLES: Final = 6
+"""The same where not even SYNC is heard of an arm that is driven: one more than the joints take to
+damped motion (R3)."""
+ALONE: Final = 1
+"""Joints that are heard, at most, where all wait for one of them."""
 
 
 class BrakeWatchdog:
@@ -33,19 +43,26 @@ class BrakeWatchdog:
         self._closed = [True] * boards
         self._lost = [False] * boards
 
-    def end_cycle(self, heard: Sequence[bool], *, driven: bool, together: bool = True) -> list[int]:
+    def end_cycle(
+        self,
+        heard: Sequence[bool],
+        *,
+        driven: bool,
+        together: bool = True,
+        synchronised: bool = True,
+    ) -> list[int]:
         """A cycle has ended: open the brakes of those that were heard, close those of the silent.
 
         Args:
             heard: by board, whether a DAC frame came; of one that is lost it does not count.
             driven: whether the arm was driven in this cycle, so that no node may be silent.
             together: whether each joint waits for frames of the others then: not as it homes.
+            synchronised: whether a SYNC has begun it.
 
         Returns:
             The boards whose brakes close now.
         """
-        speechless = together and not any(heard[: self._joints])
-        bound = SPEECHLESS_CYCLES if speechless else SILENT_CYCLES
+        bound = self._bound(heard, together, deaf=driven and not synchronised)
         closing = []
         for board, came in enumerate(heard):
             if came:
@@ -58,6 +75,13 @@ class BrakeWatchdog:
                 self._lost[board] = driven
                 closing.append(board)
         return closing
+
+    def _bound(self, heard: Sequence[bool], together: bool, deaf: bool) -> int:
+        """Cycles of silence after which a brake closes at the end of this one."""
+        if deaf and not any(heard):
+            return DEAF_CYCLES
+        waiting = together and sum(heard[: self._joints]) <= ALONE
+        return SPEECHLESS_CYCLES if waiting else SILENT_CYCLES
 
     def start(self) -> None:
         """The arm is enabled: until now the nodes had no need to speak."""

@@ -5,6 +5,7 @@ which a difference matters is told.
 """
 
 from collections.abc import Callable
+from math import ceil
 from typing import Final, NamedTuple
 
 from rfms_can.plant.board import HIGHEST_CODE, LOWEST_CODE, JointBoard, Sample
@@ -17,9 +18,12 @@ ENCODER_FLOOR: Final = 2
 count either way."""
 ADC_FLOOR: Final = 8
 """The same of an ADC, codes: over four standard deviations of the noisiest board we model."""
-TORQUE_FLOOR_CODES: Final = 41
-"""The same of an amplifier, codes of the motor-current DAC: 2 % of its range, as friction differs
-from one day to the next."""
+TORQUE_FLOOR_CODES: Final = 92
+"""The least floor of an amplifier, codes of the motor-current DAC: its offset before it has been
+identified (60), and what its sensor is off by."""
+FRICTION_FLOOR: Final = 0.5
+"""The floor of an amplifier over the joint's Coulomb friction, if that is more: friction is half as
+much again on a cold morning, and no fault then."""
 
 
 def _sound_value(_age: int, value: int) -> int:
@@ -51,6 +55,16 @@ class Damage(NamedTuple):
     coarse: Callable[[int, int], int] = _sound_value
 
 
+def torque_floor(coulomb: float, torque_per_code: float) -> int:
+    """Codes by which a joint's torque may differ before that is a fault.
+
+    Args:
+        coulomb: friction of the joint, Nm, the larger of both directions.
+        torque_per_code: of its motor-current DAC, Nm.
+    """
+    return max(TORQUE_FLOOR_CODES, ceil(FRICTION_FLOOR * coulomb / abs(torque_per_code)))
+
+
 class FaultyBoard:
     """A board with damage.
 
@@ -58,9 +72,17 @@ class FaultyBoard:
         board: the sound one.
         damage: from now on.
         on_effect: called when a difference first exceeds the floors above.
+        torque_floor: of the amplifier, codes; see ``torque_floor``.
     """
 
-    def __init__(self, board: JointBoard, damage: Damage, on_effect: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        board: JointBoard,
+        damage: Damage,
+        on_effect: Callable[[], None],
+        torque_floor: int = TORQUE_FLOOR_CODES,
+    ) -> None:
+        self._torque_floor = torque_floor
         self._board = board
         self._damage = damage
         self._on_effect = on_effect
@@ -79,7 +101,7 @@ class FaultyBoard:
         """Write both DACs; return the joint torque that the motor's current makes, Nm."""
         codes = self._damage.codes(self._age, (current_code, force_code))
         driven = self._damage.polarity * codes[0]
-        self._compare(driven - current_code, TORQUE_FLOOR_CODES)
+        self._compare(driven - current_code, self._torque_floor)
         return self._damage.polarity * self._board.set_dacs(*codes)
 
     def observe(self, q: float, qd: float) -> None:

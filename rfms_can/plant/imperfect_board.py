@@ -20,6 +20,7 @@ class BoardErrors:
         current_offset: current offset of the amplifier, DAC codes.
         adc_slope, adc_offset: A_c and B_c of Eq. 4.14, codes.
         current_noise, velocity_noise: of the ADCs, standard deviation in codes.
+        tachometer_gain: velocity told over the true one.
     """
 
     encoder_sign: int = 1
@@ -28,6 +29,7 @@ class BoardErrors:
     adc_offset: float = 0.0
     current_noise: float = 0.0
     velocity_noise: float = 0.0
+    tachometer_gain: float = 1.0
 
 
 IDEAL = BoardErrors()
@@ -52,7 +54,7 @@ class ImperfectBoard(Board):
         """Follow the joint; see ``Board``. A latched index counts as the encoder does."""
         before = self.latched_index_counts
         self.latched_index_counts = None
-        super().observe(q, qd)
+        super().observe(q, self._errors.tachometer_gain * qd)
         if self.latched_index_counts is None:
             self.latched_index_counts = before
         else:

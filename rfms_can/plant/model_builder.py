@@ -49,7 +49,7 @@ def compile_model(
     for index, (alpha, a, d) in enumerate(arm.dh):
         link = arm.links[index]
         body = body.add_body(name=f"link{index + 1}", pos=position, quat=quaternion)
-        lower, upper = arm.joint_limits[index]
+        lower, upper = arm.hard_stops[index]
         body.add_joint(
             name=f"joint{index + 1}",
             type=mujoco.mjtJoint.mjJNT_HINGE,

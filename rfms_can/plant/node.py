@@ -3,7 +3,7 @@
 At SYNC k+1 the period is integrated with the codes latched at SYNC k, the boards are sampled, and
 the codes of cycle k that have arrived are latched. A joint whose node has been silent for three
 cycles is braked (``brake_watchdog.py``); all are until their nodes speak. When SYNC fails, physics
-goes on: the plant then runs its periods by its own clock.
+goes on: the plant then runs its periods by its own clock, and tells SYNC_MISSING in the third.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,8 +19,11 @@ from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.contract import ESTOP_VALUES, LAST_CYCLE, Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import GRIPPER, HEARTBEAT_EVERY, JOINTS, MASTER, PLANT
-from rfms_can.wire.records import Dac, Estop, Force, Heartbeat, Measure, Nmt, Reference, Sync
-from rfms_can.wire.vocabulary import DRIVEN, Command, NodeState
+from rfms_can.wire.records import Dac, Emcy, Estop, Force, Heartbeat, Measure, Nmt, Reference, Sync
+from rfms_can.wire.vocabulary import DRIVEN, Command, FaultCode, NodeState
+
+SYNC_BOUND: Final = 3
+"""Periods in a row without SYNC after which the plant tells it: as the joints stop (R2)."""
 
 
 class PlantNode(PortTellingEndpoint):
@@ -53,6 +56,8 @@ class PlantNode(PortTellingEndpoint):
         self._started = False
         self._stopped = False
         self._synchronised = False  # SYNC comes
+        self._begun_by_sync = False  # the cycle under way
+        self._unsynchronised = 0  # periods in a row without one
         self._bus_state = NodeState.PREOP
         self._arrived: list[Dac | None] = [None] * GRIPPER
         self._brakes = BrakeWatchdog(GRIPPER, len(JOINTS))
@@ -61,6 +66,7 @@ class PlantNode(PortTellingEndpoint):
         self._measures = [self._sends(Measure, n) for n in (*JOINTS, GRIPPER)]
         self._references = [self._sends(Reference, n) for n in JOINTS]
         self._force = self._sends(Force, None)
+        self._emcy = self._sends(Emcy, PLANT)
         self._hears(Estop, None, self._on_estop)
         self._hears(Nmt, None, self._on_command)
         self._hears(Heartbeat, MASTER, self._on_master)
@@ -80,6 +86,7 @@ class PlantNode(PortTellingEndpoint):
             self._synchronised = False
             self._deadline_ns += self._watch_ns
             self._run_period(self.cycle + 1 & LAST_CYCLE, self._bus_state)
+            self._miss_sync()
         return self._flush()
 
     def next_deadline_ns(self) -> int | None:
@@ -93,6 +100,16 @@ class PlantNode(PortTellingEndpoint):
     def _announce(self) -> None:
         self._beat(self.state, config_hash=self._hash)
 
+    def _miss_sync(self) -> None:
+        """One more period without SYNC; in the third it says so: who hears it knows who is deaf."""
+        self._unsynchronised += 1
+        if self._unsynchronised == SYNC_BOUND and self._bus_state in DRIVEN:
+            sync, bound = self.wire.id(Sync), float(SYNC_BOUND)
+            fault = FaultCode.SYNC_MISSING
+            register = 1 << fault | 1
+            low = self.cycle & 0xFF
+            self._out.append(self._emcy.frame(fault, MASTER, sync, bound, bound, low, register))
+
     def _on_sync(self, sync: Sync) -> None:
         if sync.dbc_hash != self.wire.dbc_hash:
             self.ignored["SYNC with another DBC"] += 1
@@ -100,6 +117,7 @@ class PlantNode(PortTellingEndpoint):
         self.state = NodeState.OPERATIONAL
         ended, self._bus_state = self._bus_state, NodeState(sync.state)
         self._synchronised = True
+        self._unsynchronised = 0
         self._deadline_ns = self._now_ns + self._watch_ns * 3 // 2
         if sync.cycle % HEARTBEAT_EVERY == 0:
             self._announce()
@@ -126,8 +144,14 @@ class PlantNode(PortTellingEndpoint):
     def _latch(self, ended: NodeState) -> None:
         """Apply the received codes; a joint without a frame keeps its codes until it is braked."""
         heard = [dac is not None for dac in self._arrived]
-        together = ended is not NodeState.HOMING
-        for index in self._brakes.end_cycle(heard, driven=ended in DRIVEN, together=together):
+        closing = self._brakes.end_cycle(
+            heard,
+            driven=ended in DRIVEN,
+            together=ended is not NodeState.HOMING,
+            synchronised=self._begun_by_sync,
+        )
+        self._begun_by_sync = self._synchronised
+        for index in closing:
             self._power_off(index)  # no current against a closed brake
         for index, dac in enumerate(self._arrived):
             if dac is None:

@@ -104,6 +104,7 @@ class PlantPhysics:
             self.model.reset(initial_q)
         self._boards: list[JointBoard] = list(variant.boards(self.model.q))
         self._seized = [False] * len(self._boards)
+        self._pushed = [0.0] * len(self._boards)
         self.jaw = Jaw(arm.gripper, arm.gripper.stroke / 2.0, part_width)
 
     @property
@@ -133,9 +134,9 @@ class PlantPhysics:
         if any(self._seized):
             brakes = [closed or stuck for closed, stuck in zip(brakes, self._seized, strict=True)]
         torque = [
-            board.set_dacs(current, force)
-            for board, current, force in zip(
-                boards, motor_current_codes, force_set_point_codes, strict=True
+            board.set_dacs(current, force) + pushed
+            for board, current, force, pushed in zip(
+                boards, motor_current_codes, force_set_point_codes, self._pushed, strict=True
             )
         ]
         steps, step_s = (
@@ -161,6 +162,10 @@ class PlantPhysics:
     def seize_brake(self, joint: int) -> None:
         """Let the brake of joint index ``joint`` hold for good, whatever it is told."""
         self._seized[joint] = True
+
+    def push(self, joint: int, torque: float) -> None:
+        """Push at joint index ``joint`` from outside with a torque, Nm, from now on; 0 lets go."""
+        self._pushed[joint] = torque
 
     def sample(self) -> list[Sample]:
         """Counts, current ADC, velocity ADC and index flag of each joint, for MEASURE."""

@@ -5,6 +5,8 @@
 ``perturbed:SEED``   masses +-30 %, friction +-50 %, torque +-10 %, one amplifier with a current
                      offset, one encoder that counts backwards; drawn by the seed
 ``rewired:SEED``     the same with that encoder corrected
+``worn:SEED``        sound, but not as the servos have it: friction 0.9 to 1.5 of the set, each
+                     joint its own; tachometers, converters and their noise drawn by the seed
 
 Each with ``+load``: the known load (``arm/load.py``) hangs in the hand.
 """
@@ -31,6 +33,14 @@ CURRENT_OFFSET: Final = (30, 60)
 NOISY: Final = BoardErrors(
     adc_slope=0.92, adc_offset=-11.0, current_noise=2.0, velocity_noise=1.5
 )  # P: the printed A_c and B_c overflow the converter (see Board)
+WORN_FRICTION: Final = (0.9, 1.5)
+"""Smallest and largest friction of ``worn`` over that of the set, drawn for each joint."""
+WORN_SLOPE: Final = (0.92, 1.05)
+WORN_OFFSET: Final = (-15.0, 15.0)
+WORN_CURRENT_NOISE: Final = (0.0, 3.0)
+WORN_VELOCITY_NOISE: Final = (0.0, 2.0)
+WORN_TACHOMETER: Final = (0.97, 1.03)
+"""Ranges of the boards of ``worn``: A_c, B_c (codes), standard deviations (codes), gain."""
 SEPARATOR: Final = ":"
 WITH_LOAD: Final = "+load"
 
@@ -160,6 +170,22 @@ def _perturbed(variant: Variant, seed: int) -> Variant:
     return replace(rewired, board_errors=tuple(board_errors))
 
 
+def _worn(variant: Variant, seed: int) -> Variant:
+    draw = random.Random(seed)
+    friction = tuple(joint.scaled(draw.uniform(*WORN_FRICTION)) for joint in variant.friction)
+    board_errors = tuple(
+        BoardErrors(
+            adc_slope=draw.uniform(*WORN_SLOPE),
+            adc_offset=draw.uniform(*WORN_OFFSET),
+            current_noise=draw.uniform(*WORN_CURRENT_NOISE),
+            velocity_noise=draw.uniform(*WORN_VELOCITY_NOISE),
+            tachometer_gain=draw.uniform(*WORN_TACHOMETER),
+        )
+        for _ in range(JOINT_COUNT)
+    )
+    return replace(variant, friction=friction, board_errors=board_errors, seed=seed)
+
+
 def _heavier(link: Link, factor: float) -> Link:
     """A link of another density: physical mass and inertia times ``factor``."""
     xx, yy, zz = (factor * inertia for inertia in link.physical_inertia)
@@ -171,6 +197,7 @@ _KINDS: Final[dict[tuple[str, bool], Callable[[Variant, int], Variant]]] = {
     ("table41", False): _table41,
     ("perturbed", True): _perturbed,
     ("rewired", True): _rewired,
+    ("worn", True): _worn,
 }
 """By name, and whether a seed follows."""
 

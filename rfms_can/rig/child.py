@@ -113,7 +113,7 @@ def _run(
         signal.signal(signal.SIGTERM, stop)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
         signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
-        _die_with_parent(parent)
+        die_with_parent(parent)
         body(lambda: stopping)
         code = 0
     except RfmsError as error:
@@ -131,8 +131,11 @@ def _run(
         os._exit(code)
 
 
-def _die_with_parent(parent: int) -> None:
+def die_with_parent(parent: int) -> None:
     """End this process when its parent dies: by the kernel, or by a thread where it cannot.
+
+    Args:
+        parent: process id that this process was forked by; if it has gone already, this ends too.
 
     Not in the node's loop: checking the parent on every frame costs as much as the frame.
     """

@@ -10,9 +10,10 @@ from typing import Final
 import msgspec
 
 from rfms_can.bus.driver import open_port
+from rfms_can.master.settings import CLOCKS
 from rfms_can.rig.child import Child, Stop
 from rfms_can.rig.idle import run_idle
-from rfms_can.rig.processes import OTHERS, check_bus, start_hub, start_node
+from rfms_can.rig.processes import OTHERS, check_bus, check_no_master, start_hub, start_node
 from rfms_can.rig.program import load_program
 from rfms_can.rig.record import LOG, Record
 from rfms_can.rig.recorder import Recorder
@@ -22,12 +23,15 @@ from rfms_can.rig.session import Program
 from rfms_can.rig.settings import RunSettings
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.emergency import in_words
-from rfms_can.wire.nodes import MASTER, NODE_NAMES
+from rfms_can.wire.nodes import HEARTBEAT_EVERY, MASTER, NODE_NAMES
 from rfms_can.wire.protection import Refusal
 from rfms_can.wire.records import Emcy, Heartbeat
 from rfms_can.wire.vocabulary import NodeState
 
 NODES: Final = (MASTER, *OTHERS)
+SILENT: Final = "SILENT"
+MISSED_BEATS: Final = 3
+"""Heartbeats in a row that a node may miss before its last one is no news of it."""
 
 
 class Health(msgspec.Struct):
@@ -38,7 +42,8 @@ class Health(msgspec.Struct):
         pid: its process; 0 if it was not started here.
         alive: whether the process runs.
         exit_code: of a process that has ended; None while it runs.
-        state: by its last heartbeat; empty before the first.
+        state: by its last heartbeat; empty before the first, SILENT where it should have told
+            another one since.
         error_register, discarded: by its last heartbeat.
         silent_s: time since its last heartbeat, s; None before the first.
         emergency: its last emergency message.
@@ -65,7 +70,7 @@ class Fleet:
         elsewhere: numbers of nodes that are started elsewhere.
 
     Raises:
-        BusError: the bus does not exist.
+        BusError: the bus does not exist, or another master drives it.
     """
 
     def __init__(
@@ -88,6 +93,8 @@ class Fleet:
             hub = start_hub(settings)
             self._helpers += [] if hub is None else [hub]
             check_bus(settings)
+            if hub is None and MASTER not in elsewhere:
+                check_no_master(settings)
             self._listen()  # first: nodes announce themselves once, and again only if asked
             if record is not None and loaded is None:  # a program's master records by itself
                 Record(record)
@@ -146,12 +153,27 @@ class Fleet:
                 emergency = emergencies.decoder.decode(frame)
                 if not isinstance(emergency, Refusal):
                     self.health[node].emergency = in_words(self._wire, node, emergency)
-        now = time.monotonic()
+        now, limit_s = time.monotonic(), self._silence_s
         for node, health in self.health.items():
             health.silent_s = now - self._heard[node] if node in self._heard else None
+            if health.silent_s is not None and health.silent_s > limit_s:
+                health.state = SILENT
             if node in self.children:
                 health.alive = self.children[node].alive
                 health.exit_code = self.children[node].exit_code
+
+    @property
+    def _silence_s(self) -> float:
+        """Silence, s, after which a node's last heartbeat tells nothing of it any more.
+
+        Heartbeats come with SYNC: where the master has ended, none will.
+        """
+        settings, master = self._settings, self.children.get(MASTER)
+        beats_s = MISSED_BEATS * HEARTBEAT_EVERY / settings.rate
+        if master is not None and not master.alive:
+            return beats_s
+        waits = CLOCKS[settings.the_clock].waits_for_nodes  # and for programs, in between
+        return beats_s + (settings.barrier if waits else 0.0)
 
     def dead(self) -> list[Child]:
         """Processes that have ended, the hub included."""

@@ -27,7 +27,8 @@ from rfms_can.rig.recorder import Recorder
 from rfms_can.rig.settings import RunSettings
 from rfms_can.rig.truth import SceneResult
 from rfms_can.wire.contract import Wire
-from rfms_can.wire.nodes import GRIPPER, JOINTS, NODE_NAMES, PLANT
+from rfms_can.wire.nodes import GRIPPER, JOINTS, MASTER, NODE_NAMES, PLANT
+from rfms_can.wire.records import Heartbeat, Sync
 
 LOOK_EVERY: Final = 512
 """Frames between two checks of the children; when no frame comes they are checked immediately."""
@@ -114,6 +115,30 @@ def check_bus(settings: RunSettings) -> None:
     open_port(settings.bus, frozenset(), client="check").close()
 
 
+def check_no_master(settings: RunSettings) -> None:
+    """Refuse a bus that a master drives, before any node of ours is on it.
+
+    Its joints would find a second node of their number there, and stop.
+
+    Raises:
+        BusError: SYNC, or the HEARTBEAT of a master, is heard.
+    """
+    wire = Wire()
+    sent = {wire.id(Sync): "SYNC", wire.id(Heartbeat, MASTER): f"HEARTBEAT_{MASTER}"}
+    port = open_port(settings.bus, frozenset(sent), client="check")
+    try:
+        until = time.monotonic() + settings.master().listening_s
+        while (left := until - time.monotonic()) > 0.0:
+            frame = port.recv(left)
+            if frame is not None:
+                raise BusError(
+                    f"bus {settings.bus}: another master drives it, it sends {sent[frame.id]}: "
+                    f"stop it first, or take another bus"
+                )
+    finally:
+        port.close()
+
+
 def open_master_port(settings: RunSettings, master: MasterNode) -> Port:
     """The master's port: echoes its own ROWS once they are sent, and counts foreign frames.
 
@@ -142,7 +167,7 @@ class ProcessRig:
         recorder: the process that writes the log, or None.
 
     Raises:
-        BusError: the bus does not exist.
+        BusError: the bus does not exist, or another master drives it.
     """
 
     def __init__(
@@ -163,10 +188,12 @@ class ProcessRig:
             hub = start_hub(settings)
             self._hub += [] if hub is None else [hub]
             check_bus(settings)
+            here = [n for n in OTHERS if n not in elsewhere]
+            if hub is None and here:
+                check_no_master(settings)
             if record is not None:
                 self.recorder = Recorder(record, settings)
                 self._recorder.append(self.recorder)
-            here = [n for n in OTHERS if n not in elsewhere]
             self.children = [start_node(n, settings, wire, front) for n in here]
             self.master = make_master(settings, wire)
             self._port = open_master_port(settings, self.master)
@@ -201,7 +228,7 @@ class ProcessRig:
         for child in self.children:
             if not child.alive and child.pid not in self._buried and self.master.fault is None:
                 self._buried.add(child.pid)
-                self.master.lose(f"the process of {describe(child)}")
+                self.master.lose(f"the process of {describe(child)}", child.name)
 
     def begin_measuring(self) -> None:
         """Start counting frames."""

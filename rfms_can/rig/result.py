@@ -7,6 +7,7 @@ import msgspec
 from rfms_can.arm import Arm
 from rfms_can.master.node import MasterNode
 from rfms_can.master.statistics import RunStatistics, Tracking
+from rfms_can.messages.culprit import Culprit
 from rfms_can.rig.truth import SceneResult
 from rfms_can.wire.nodes import JOINTS
 
@@ -29,6 +30,7 @@ class RunResult(msgspec.Struct, frozen=True):
 
     Attributes:
         fault: why it was halted, or None.
+        culprit: who is to blame for that, and by what; None where it was not halted.
         error: why the program ended early otherwise, or None.
         cycles: control cycles while enabled.
         incomplete: cycles that ended before all had answered (deadline misses).
@@ -71,6 +73,7 @@ class RunResult(msgspec.Struct, frozen=True):
     unrecorded: list[str] = []
     bus_offs: dict[str, int] = {}
     overflows: dict[str, int] = {}
+    culprit: Culprit | None = None
 
     @property
     def cycles_per_s(self) -> float:

@@ -219,4 +219,5 @@ class Session:
             unrecorded=list(self.unrecorded),
             bus_offs=bus_offs,
             overflows=overflows,
+            culprit=master.culprit,
         )

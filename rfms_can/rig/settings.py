@@ -9,11 +9,12 @@ from typing import Any, Final, TypeVar
 from rfms_can.arm import Arm, arm_by_name, friction_set
 from rfms_can.arm.calibration import load_calibration
 from rfms_can.bus.timing import BusTiming
-from rfms_can.bus.url import SIM, parse_bus_url
+from rfms_can.bus.url import HUB, SIM, parse_bus_url
 from rfms_can.compliance import LAWS, ControlLaw
 from rfms_can.dynamics.model import FULL, NONE, check_kind
 from rfms_can.errors import RfmsError
 from rfms_can.master.settings import CLOCKS, MasterSettings
+from rfms_can.master.traffic import BusTime
 from rfms_can.plant.physics import physics_steps
 from rfms_can.plant.scene import Scene
 from rfms_can.plant.scene.catalogue import scene_from
@@ -26,6 +27,11 @@ Kind = TypeVar("Kind", bound=IntEnum)
 
 LARGEST_ERROR_RAD: Final = 2.0
 """Bound of ``following_error``: ERROR tells no more."""
+LISTENING_S: Final = 0.1
+"""Time that a master listens for another one before it sends anything, at least, s: HEARTBEAT comes
+twice in it at 250 Hz."""
+LISTENING_CYCLES: Final = 3
+"""The same in cycles, at low rates."""
 LONGEST_S: Final = 3600.0
 """Longest barrier and patience, s."""
 OPEN: Final = "open"
@@ -197,7 +203,16 @@ class RunSettings:
             closed=self.sensor != NO_SENSOR and self.force_loop != OPEN,
             dither=self.dither,
             following_error=self.following_error,
+            bus_time=self._bus_time,
+            listening_s=0.0 if self.simulated else max(LISTENING_S, LISTENING_CYCLES / self.rate),
         )
+
+    @property
+    def _bus_time(self) -> BusTime | None:
+        """How long a frame takes on the bus; None on an interface that has its own bit rates."""
+        if parse_bus_url(self.bus).interface not in (SIM, HUB):
+            return None
+        return BusTiming(self.bit_rate, self.data_bit_rate).exact_ns
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON and TOML."""

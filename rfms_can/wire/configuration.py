@@ -124,14 +124,16 @@ PARAMETERS: Final[dict[Parameter, ParameterRange]] = complete(
         Parameter.BARRIER: ParameterRange("s", 1e-3, 3600.0, gripper=True),
         Parameter.SENSOR_SOURCE: ParameterRange("", 1.0, 31.0, whole=True, gripper=True),
         Parameter.KINEMATICS: ParameterRange("", 0.0, 15.0, whole=True),
-        Parameter.FOLLOWING_ERROR_LIMIT: ParameterRange("rad", 1e-4, 2.0),
-        Parameter.OVERSPEED_LIMIT: ParameterRange("rad/s", 1e-3, 200.0),
-        Parameter.TACHOMETER_LIMIT: ParameterRange("rad/s", 1e-3, 200.0),
+        Parameter.FOLLOWING_ERROR_LIMIT: ParameterRange("rad", 1e-4, 0.5),
+        Parameter.OVERSPEED_LIMIT: ParameterRange("rad/s", 1e-3, 150.0),
+        Parameter.TACHOMETER_LIMIT: ParameterRange("rad/s", 1e-3, 100.0),
         Parameter.CONTINUOUS_TORQUE: ParameterRange("Nm", 1e-3, 1e4),
-        Parameter.OVERLOAD_TIME: ParameterRange("s", 1e-3, 3600.0),
-        Parameter.STALL_TIME: ParameterRange("s", 1e-3, 60.0),
-        Parameter.STUCK_TIME: ParameterRange("s", 1e-3, 60.0),
+        Parameter.OVERLOAD_TIME: ParameterRange("s", 1e-3, 60.0),
+        Parameter.STALL_TIME: ParameterRange("s", 1e-3, 5.0),
+        Parameter.STUCK_TIME: ParameterRange("s", 1e-3, 1.0),
         Parameter.HOMING_TIME: ParameterRange("s", 0.1, 3600.0, gripper=True),
+        Parameter.CURRENT_TOLERANCE: ParameterRange("", 1e-3, 0.25, default=0.035),
+        Parameter.RATE_ERROR_LIMIT: ParameterRange("", 0.01, 0.5, default=0.2),
         **{p: _LENGTH for p in Parameter if p.name.startswith(("DH_A_", "DH_D_"))},
         **{p: _ANGLE for p in Parameter if p.name.startswith(("DH_ALPHA_", "DH_OFFSET_"))},
     },
@@ -146,17 +148,6 @@ DEFAULTS: Final = {p: r.default for p, r in PARAMETERS.items() if r.default is n
 """What holds for those that were not sent."""
 GRIPPER_PARAMETERS: Final = frozenset(p for p, known in PARAMETERS.items() if known.gripper)
 """Those the gripper has."""
-
-LATER: Final = frozenset(
-    (
-        Parameter.OVERSPEED_LIMIT,
-        Parameter.TACHOMETER_LIMIT,
-        Parameter.CONTINUOUS_TORQUE,
-        Parameter.OVERLOAD_TIME,
-        Parameter.STALL_TIME,
-    )
-)
-"""Those that travel and are checked for their range, but that no node acts on yet."""
 
 UNHASHED: Final = frozenset((Parameter.CLOCK, Parameter.BARRIER))
 """Parameters that the hash of a configuration leaves out."""
@@ -178,19 +169,27 @@ def plant_hash(arm_id: float, period_s: float) -> int:
 
 
 _NOT_BEYOND: Final = (
-    (Parameter.POSITION_MIN, Parameter.POSITION_MAX),
-    (Parameter.INTEGRAL_LIMIT, Parameter.TORQUE_LIMIT),
-    (Parameter.CONTINUOUS_TORQUE, Parameter.TORQUE_LIMIT),
-    (Parameter.HOMING_SPEED, Parameter.SPEED_LIMIT),
+    (Parameter.POSITION_MIN, Parameter.POSITION_MAX, 1.0),
+    (Parameter.INTEGRAL_LIMIT, Parameter.TORQUE_LIMIT, 1.0),
+    (Parameter.CONTINUOUS_TORQUE, Parameter.TORQUE_LIMIT, 1.0),
+    (Parameter.HOMING_SPEED, Parameter.SPEED_LIMIT, 1.0),
+    (Parameter.OVERSPEED_LIMIT, Parameter.SPEED_LIMIT, 1.5),
+    (Parameter.TACHOMETER_LIMIT, Parameter.SPEED_LIMIT, 1.0),
 )
+"""A parameter, another that bounds it, and how many times it."""
+_ROUNDING: Final = 1.0 + 1e-6
+"""Both have travelled as float32."""
 
 
 def contradiction(values: Mapping[Parameter, float]) -> str | None:
     """Which parameter of a set lies beyond another that bounds it; None if none does."""
-    for lesser, greater in _NOT_BEYOND:
+    for lesser, greater, factor in _NOT_BEYOND:
         low, high = values.get(lesser), values.get(greater)
-        if low is not None and high is not None and low > high:
-            return f"{lesser.name} {low:g} is beyond {greater.name} {high:g}"
+        if low is None or high is None:
+            continue
+        if low > (high if factor == 1.0 else factor * high * _ROUNDING):
+            of = "" if factor == 1.0 else f"{factor:g} times "
+            return f"{lesser.name} {low:g} is beyond {of}{greater.name} {high:g}"
     return None
 
 

@@ -57,6 +57,19 @@ class FaultCode(IntEnum):
     EMERGENCY_STOP = 12
     RUNAWAY = 13
     DUPLICATE_NODE = 14
+    SENSOR_MISMATCH = 15
+    SENSOR_STUCK = 16
+    ADC_SATURATED = 17
+    AMPLIFIER_FAULT = 18
+    OVERSPEED = 19
+    FOLLOWING_ERROR = 20
+    OVERLOAD = 21
+    STALL = 22
+    ROWS_IMPLAUSIBLE = 23
+    FOREIGN_MASTER = 24
+    BAD_FRAMES = 25
+    BUS_OFF = 26
+    QUEUE_OVERFLOW = 27
 
 
 class TrajectoryState(IntEnum):
@@ -143,6 +156,8 @@ class Parameter(IntEnum):
     STALL_TIME = 37
     STUCK_TIME = 38
     HOMING_TIME = 39
+    CURRENT_TOLERANCE = 40
+    RATE_ERROR_LIMIT = 41
     DH_A_1 = 64
     DH_A_2 = 65
     DH_A_3 = 66

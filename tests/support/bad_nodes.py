@@ -11,7 +11,7 @@ from typing import Any, Final
 import pytest
 
 from rfms_can.joint_nodes.controller import JointController
-from rfms_can.joint_nodes.field_node import Parameters
+from rfms_can.joint_nodes.field_node import Cause, Parameters
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.kinematics import Configuration
 from rfms_can.rig import simulated
@@ -23,6 +23,7 @@ from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import Sync
+from rfms_can.wire.vocabulary import FaultCode
 
 BAD: Final = 3
 """The joint that is bad."""
@@ -81,12 +82,33 @@ class Tampered(JointNode):
 
 
 class Unwatched(Tampered):
-    """The same, of a node that does not watch for a runaway itself."""
+    """The same, of a node that watches neither its board nor its motion itself."""
+
+    BLIND = frozenset(
+        (
+            FaultCode.ADC_SATURATED,
+            FaultCode.AMPLIFIER_FAULT,
+            FaultCode.FOLLOWING_ERROR,
+            FaultCode.OVERSPEED,
+            FaultCode.SENSOR_MISMATCH,
+            FaultCode.STALL,
+        )
+    )
 
     def _make_controller(self, parameters: Parameters) -> JointController:
         controller = super()._make_controller(parameters)
-        controller._runaway.bound = math.inf  # type: ignore[misc]  # a bad node
+        controller.motion.runaway.bound = math.inf  # type: ignore[misc]  # a bad node
         return controller
+
+    def miss(self, fault: FaultCode, cause: Cause, value: float | None = None) -> None:
+        """Overlook what a board or a motion shows."""
+        if fault not in self.BLIND:
+            super().miss(fault, cause, value)
+
+    def trip(self, fault: FaultCode, cause: Cause, value: float) -> None:
+        """The same."""
+        if fault not in self.BLIND:
+            super().trip(fault, cause, value)
 
 
 def tampered(

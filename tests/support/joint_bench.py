@@ -1,5 +1,6 @@
 """Everything around one joint node: master, plant, and the five other joints."""
 
+import math
 from collections.abc import Sequence
 
 from rfms_can.arm import PUMA_260, Arm
@@ -29,6 +30,13 @@ from rfms_can.wire.vocabulary import (
 )
 from support.bench import PERIOD_NS, FieldNodeBench, Heard
 
+ANY_SPEED: dict[Parameter, float] = {
+    Parameter.SPEED_LIMIT: 100.0,
+    Parameter.OVERSPEED_LIMIT: 150.0,
+    Parameter.TACHOMETER_LIMIT: 100.0,
+}
+"""Of a joint whose samples need not be one motion: for tests that are about something else."""
+
 
 def step_limit(bench: "JointBench") -> float:
     """Largest step of a set-point or a measurement, rad in one cycle."""
@@ -37,6 +45,9 @@ def step_limit(bench: "JointBench") -> float:
 
 class JointBench(FieldNodeBench[JointNode]):
     """A joint node, its arm at ``q``, its encoder powered up somewhere else than zero.
+
+    The board tells the current that the DACs of two cycles before ask for; the joint moves as its
+    speed says, from SYNC to SYNC.
 
     Attributes:
         q: where the arm is and its set-point lies, rad; change it freely.
@@ -60,6 +71,7 @@ class JointBench(FieldNodeBench[JointNode]):
         self.q = list(arm.park)
         self.speed = 0.0
         self.bias: tuple[float, ...] | None = None
+        self._driven = self._acting = 0
 
     @property
     def controller(self) -> JointController:
@@ -68,6 +80,36 @@ class JointBench(FieldNodeBench[JointNode]):
         return self.node.controller
 
     # --- what the board says ------------------------------------------------------------------
+
+    def sync(
+        self,
+        state: NodeState = NodeState.OPERATIONAL,
+        row_set: int | None = None,
+        *,
+        dbc_hash: int | None = None,
+        lost: bool = False,
+    ) -> list[Heard]:
+        """Begin the next cycle: the last DAC acts, and the joint has moved for a period."""
+        self._go_on()
+        return super().sync(state, row_set, dbc_hash=dbc_hash, lost=lost)
+
+    def miss_syncs(self, count: int) -> list[Heard]:
+        """Let time pass until ``count`` SYNCs have been missed in a row; the joint moves on."""
+        for _ in range(count):
+            self._go_on()
+        return super().miss_syncs(count)
+
+    def _go_on(self) -> None:
+        self._driven, self._acting = self._acting, self._asked()
+        self.q[self.index] += self.speed * PERIOD_NS * 1e-9
+
+    def _asked(self) -> int:
+        """Current of both DACs of the last frame, in codes of current_dac; 0 before any."""
+        p, dacs = self.parameters, self.dacs()
+        if not dacs:
+            return 0
+        force_scale = p[Parameter.TORQUE_PER_FORCE_CODE] / p[Parameter.TORQUE_PER_CODE]
+        return max(-2048, min(2047, round(dacs[-1].current_dac + dacs[-1].force_dac * force_scale)))
 
     def counts(self, theta: float | None = None) -> int:
         """Encoder counts at an angle of the node's joint."""
@@ -79,19 +121,44 @@ class JointBench(FieldNodeBench[JointNode]):
         per_rad = self.wire_value(self.parameters[Parameter.COUNTS_PER_UNIT])
         return (self.counts(theta) + self.POWER_UP_COUNTS) / per_rad
 
-    def speed_code(self) -> int:
-        """Velocity ADC code."""
-        return round(self.speed / self.parameters[Parameter.RATE_PER_CODE])
+    def speed_code(self, speed: float | None = None) -> int:
+        """Velocity ADC code, of the joint's speed or another, rad/s."""
+        told = self.speed if speed is None else speed
+        return round(told / self.parameters[Parameter.RATE_PER_CODE])
 
     @property
     def read_speed(self) -> float:
         """The speed the ADC resolves, rad/s."""
         return self.speed_code() * self.wire_value(self.parameters[Parameter.RATE_PER_CODE])
 
-    def measure(self, theta: float | None = None, cycle: int | None = None) -> list[Heard]:
-        """MEASURE of the own joint."""
+    @property
+    def driven(self) -> int:
+        """The current that MEASURE tells, in codes of current_dac."""
+        return self._driven
+
+    def measure(
+        self,
+        theta: float | None = None,
+        cycle: int | None = None,
+        *,
+        speed: float | None = None,
+        code: int | None = None,
+        current: int | None = None,
+        braked: bool = False,
+    ) -> list[Heard]:
+        """MEASURE of the own joint.
+
+        Args:
+            theta: angle that the encoder tells, rad; where the joint is.
+            cycle: of the sample; the one under way.
+            speed: that the tachometer tells, rad/s, or ``code`` its code; how fast the joint is.
+            current: code of the current ADC; what the DACs asked for.
+            braked: whether the brake holds.
+        """
         low = (self.cycle if cycle is None else cycle) & 0xFF
-        values = (self.counts(theta), 0, self.speed_code(), low, 0, 0)
+        told = self.speed_code(speed) if code is None else code
+        driven = self._driven if current is None else current
+        values = (self.counts(theta), driven, told, low, 0, int(braked))
         return self.say(Measure, self.number, *values)
 
     def reference(self, coarse_error: float = 0.0) -> list[Heard]:
@@ -171,6 +238,16 @@ class JointBench(FieldNodeBench[JointNode]):
             answers += self.setpoint()
             answers += self.measure()
             answers += self.other_errors()
+        return answers
+
+    def reach(self, speed: float) -> list[Heard]:
+        """Good control cycles until the joint moves at a speed, rad/s; no faster than it may."""
+        change = self.parameters[Parameter.ACCELERATION_LIMIT] * PERIOD_NS * 1e-9
+        answers: list[Heard] = []
+        while self.speed != speed:
+            off = speed - self.speed
+            self.speed = speed if abs(off) <= change else self.speed + math.copysign(change, off)
+            answers += self.run()
         return answers
 
     def home(self) -> None:

@@ -7,7 +7,7 @@ from generated import table
 from node_book.printed import float32_hex, number
 from node_book.pump import JOINT, Pump, parameters
 from rfms_can.tables import complete
-from rfms_can.wire.configuration import LATER, PARAMETERS, UNHASHED, configuration_hash
+from rfms_can.wire.configuration import PARAMETERS, UNHASHED, configuration_hash
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Config
 from rfms_can.wire.vocabulary import ConfigStatus, Parameter
@@ -54,14 +54,16 @@ MEANINGS: Final[dict[Parameter, str]] = complete(
         P.BARRIER: "longest cycle in lockstep",
         P.SENSOR_SOURCE: "node number of who sends MEASURE and REFERENCE",
         P.KINEMATICS: "0: the master solves; 1: closed form of a spherical wrist",
-        P.FOLLOWING_ERROR_LIMIT: "half of it is an error that a runaway has, at most",
-        P.OVERSPEED_LIMIT: "not used yet",
-        P.TACHOMETER_LIMIT: "not used yet",
-        P.CONTINUOUS_TORQUE: "not used yet",
-        P.OVERLOAD_TIME: "not used yet",
-        P.STALL_TIME: "not used yet",
-        P.STUCK_TIME: "longest stand of a homing joint at its torque limit",
+        P.FOLLOWING_ERROR_LIMIT: "largest error of a rigid joint; half of it may be a runaway's",
+        P.OVERSPEED_LIMIT: "measured speed that is too fast; at most 1.5 SPEED_LIMIT",
+        P.TACHOMETER_LIMIT: "difference of tachometer and encoder that is found in three cycles",
+        P.CONTINUOUS_TORQUE: "torque that the motor bears for ever",
+        P.OVERLOAD_TIME: "how long it bears TORQUE_LIMIT",
+        P.STALL_TIME: "longest stand of a joint that is driven at its torque limit",
+        P.STUCK_TIME: "longest stand of an encoder while homing is at its torque limit",
         P.HOMING_TIME: "longest search for the index",
+        P.CURRENT_TOLERANCE: "of current_adc against the DACs, over full scale",
+        P.RATE_ERROR_LIMIT: "error of a rigid joint's rate, over SPEED_LIMIT",
         **{
             p: text.format(p.name.rpartition("_")[2])
             for p in Parameter
@@ -79,7 +81,6 @@ def parameters_of_a_joint() -> str:
     rows = []
     for parameter, value in sorted(parameters().items()):
         known = PARAMETERS[parameter]
-        assert (MEANINGS[parameter] == "not used yet") == (parameter in LATER)
         span = f"{'magnitude ' if known.signed else ''}{known.low:.9g} to {known.high:.9g}"
         whole = ", whole" if known.whole else ""
         unit = "1/rad" if known.unit == "1/u" else "rad" if known.unit == "u" else known.unit
@@ -147,9 +148,12 @@ class Dialogue:
         told = f"0x{ack.hash:04X}" if ack.parameter == P.COMMIT else ""  # type: ignore[union-attr]
         self.rows.append((words, status, told, f"0x{self.pump.node.config_hash:04X}"))
 
-    def whole(self, changes: dict[Parameter, float] | None = None) -> dict[Parameter, float]:
-        """All parameters, without a row."""
+    def whole(
+        self, changes: dict[Parameter, float] | None = None, without: Parameter | None = None
+    ) -> dict[Parameter, float]:
+        """All parameters, or all but one, without a row."""
         values = {**parameters(), **(changes or {})}
+        values = {p: v for p, v in values.items() if p is not without}
         for parameter, value in values.items():
             self.pump.say(Config, JOINT, parameter, 0, value, 0)
         return values
@@ -185,6 +189,10 @@ def answers() -> str:
     d.commit("all, DH_ALPHA_2 1; COMMIT", values)
     values = d.whole({P.POSITION_MIN: 1.0, P.POSITION_MAX: 0.5})
     d.commit("all, POSITION_MIN 1, POSITION_MAX 0.5; COMMIT", values)
+    values = d.whole({P.OVERSPEED_LIMIT: 3.1})
+    d.commit("all, OVERSPEED_LIMIT 3.1, SPEED_LIMIT 2; COMMIT", values)
+    values = d.whole(without=P.RATE_ERROR_LIMIT)
+    d.commit("all but RATE_ERROR_LIMIT; COMMIT", values)
     d.commit("all; COMMIT", d.whole())
     d.pump.home()
     d.say("in READY: KP 69.5", P.KP, 69.5)

@@ -54,8 +54,7 @@ def rows_of(case: Case) -> RowSets:
     rows = RowSets(JOINT)
     told = (*_float32(case.law_row), *_float32(case.inertia_row), as_float32(case.gravity))
     more = (1, case.law, as_float32(case.damping), case.selection, case.specification)
-    rows.receive(Rows._make((*told, *more, 0)))
-    rows.activate(1)
+    rows.activate(Rows._make((*told, *more, 0)))
     return rows
 
 

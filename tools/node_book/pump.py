@@ -16,6 +16,7 @@ from rfms_can.wire.nodes import JOINTS, MASTER
 from rfms_can.wire.protection import Sender
 from rfms_can.wire.records import (
     Config,
+    Dac,
     Heartbeat,
     JointError,
     Measure,
@@ -67,6 +68,7 @@ class Pump:
         self.passed: list[Passed] = []
         self.cycle = -1
         self._now_ns = 0
+        self._asked = self._acting = self._driven = 0  # codes of current_dac, the last first
         self._q = list(PUMA_260.park)
         self._counts_per_rad = parameters()[Parameter.COUNTS_PER_UNIT]
         self._senders: dict[tuple[Any, int | None], Sender[Any]] = {}
@@ -88,6 +90,11 @@ class Pump:
 
     def _take(self, frames: Sequence[Frame]) -> list[Frame]:
         self.passed += [Passed(frame, True) for frame in frames]
+        for frame in frames:
+            if frame.id == self.wire.id(Dac, JOINT):
+                dac = self.wire.codec(Dac, JOINT).unpack(frame.data)
+                assert dac is not None
+                self._asked = dac.current_dac
         return list(frames)
 
     def reset_counters(self) -> None:
@@ -129,6 +136,7 @@ class Pump:
         """The next cycle, a period later."""
         self.cycle += 1
         self._now_ns += PERIOD_NS
+        self._driven, self._acting = self._acting, self._asked
         return self.say(Sync, None, self.cycle, state, row_set, self.wire.dbc_hash)
 
     def miss_sync(self) -> list[Frame]:
@@ -149,8 +157,10 @@ class Pump:
         return round(self._q[JOINT - 1] * self._counts_per_rad) - POWER_UP_COUNTS
 
     def measure(self, braked: int = 0, off: int = 0, speed_code: int = 0) -> list[Frame]:
-        """The board's sample where the joint stands, ``off`` by some counts."""
-        return self.say(Measure, JOINT, self.counts + off, 0, speed_code, self.low, 0, braked)
+        """The board's sample where the joint stands, ``off`` by some counts; the current is that
+        of the DAC of two cycles before."""
+        told = (self.counts + off, self._driven, speed_code, self.low, 0, braked)
+        return self.say(Measure, JOINT, *told)
 
     def reference(self) -> list[Frame]:
         """The index has been seen already."""

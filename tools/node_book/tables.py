@@ -56,11 +56,16 @@ class Raised(NamedTuple):
     bound: str = "the rung: 3, 5 or 25"
 
 
+def _own(when: str, value: str, bound: str) -> Raised:
+    """What a joint finds wrong with its own sample or drive."""
+    return Raised(when, "own number", "MEASURE_n", value, bound)
+
+
 _CYCLE: Final = "in a cycle that owed a DAC and had none, "
 RAISED: Final = complete(
     {
         F.SYNC_MISSING: Raised(
-            "the watchdog of SYNC ran off: after 1.5 W, then each W", "8", "SYNC"
+            "the watchdog of SYNC ran off: after 1.5 W, then each PERIOD", "8", "SYNC"
         ),
         F.SETPOINT_MISSING: Raised(
             _CYCLE + "MEASURE came and the own ERROR did not go out: a set-point frame is missing, "
@@ -80,19 +85,21 @@ RAISED: Final = complete(
             *("8", "ROWS_n", "cycles in a row", "the rung: 3"),
         ),
         F.SETPOINT_STEP: Raised(
-            "the commanded angle steps by more than the bound, or an ERROR signal does not fit",
-            *("8", "SETPOINT_1", "the step, rad"),
-            "1.5 SPEED_LIMIT PERIOD (1 + cycles held), rad",
+            "the commanded angle, or its rate, steps beyond the bound, or an ERROR signal does "
+            "not fit",
+            *("8", "SETPOINT_1", "the step, rad; of the rate, rad/s"),
+            "1.5 SPEED_LIMIT PERIOD (1 + cycles held), rad; 0.2 SPEED_LIMIT",
         ),
         F.ENCODER_GLITCH: Raised(
             "the measured angle steps by more than the bound",
-            *("SENSOR_SOURCE", "MEASURE_n", "the step from the angle before, rad"),
+            *("own number", "MEASURE_n", "the step from the angle before, rad"),
             "1.5 SPEED_LIMIT PERIOD (cycles since the last sample), rad",
         ),
         F.SOFT_LIMIT: Raised(
             "where the joint would come to rest at ACCELERATION_LIMIT is beyond the bound",
-            *("own number", "0", "that angle, rad"),
-            "POSITION_MIN - 0.05 or POSITION_MAX + 0.05, rad",
+            "8 where the commanded motion would come to rest beyond the range; else own number",
+            *("SETPOINT_1; 0", "that angle, rad"),
+            "POSITION_MIN - 0.02 or POSITION_MAX + 0.02, rad",
         ),
         F.HARD_LIMIT: Raised(
             "the measured angle is beyond the bound",
@@ -101,7 +108,7 @@ RAISED: Final = complete(
         ),
         F.HOMING_FAILED: Raised(
             "homing has failed (see homing)",
-            *("SENSOR_SOURCE", "REFERENCE_n; MEASURE_n where the encoder stands"),
+            *("own number", "REFERENCE_n; MEASURE_n where the encoder stands"),
             "what homing has failed with",
             "its bound there",
         ),
@@ -117,6 +124,62 @@ RAISED: Final = complete(
         F.DUPLICATE_NODE: Raised(
             "a frame came under an identifier of its own, in any state but INIT",
             *("own number", "that identifier", "1", "0"),
+        ),
+        F.SENSOR_MISMATCH: _own(
+            "tachometer and encoder tell two motions, for a while",
+            "their difference in this cycle, rad/s",
+            "TACHOMETER_LIMIT",
+        ),
+        F.SENSOR_STUCK: _own(
+            "the tachometer shows one code while the encoder's way of a cycle varies",
+            "by how much it varies, rad/s",
+            "0.1 SPEED_LIMIT + 3 / (COUNTS_PER_UNIT PERIOD), rad/s",
+        ),
+        F.ADC_SATURATED: _own(
+            "velocity_adc is at a rail, or current_adc where no DAC explains it", "the code", "2047"
+        ),
+        F.AMPLIFIER_FAULT: _own(
+            "the current is beyond what the last five DACs explain",
+            *("current_adc", "the border it passed, codes"),
+        ),
+        F.OVERSPEED: _own(
+            "the measured speed is beyond the bound", "that speed, rad/s", "OVERSPEED_LIMIT"
+        ),
+        F.FOLLOWING_ERROR: _own(
+            "a rigid joint does not follow its set-point, or gets faster on its stop ramp",
+            "its rate (in a stop its speed), rad/s; else its error, rad",
+            "RATE_ERROR_LIMIT SPEED_LIMIT (in a stop and the speed at its begin); "
+            "else FOLLOWING_ERROR_LIMIT",
+        ),
+        F.OVERLOAD: _own(
+            "the heat of its torque is beyond the bound, and it rises",
+            "the heat, N2 m2 s",
+            "OVERLOAD_TIME (TORQUE_LIMIT^2 - CONTINUOUS_TORQUE^2)",
+        ),
+        F.STALL: _own(
+            "its torque has been cut to TORQUE_LIMIT for STALL_TIME, and it stands",
+            *("how long, s", "STALL_TIME"),
+        ),
+        F.ROWS_IMPLAUSIBLE: Raised(
+            "SYNC names rows that are here and cannot be: they do not act",
+            *("8", "ROWS_n", "the number that cannot be", "what it must be within, or be"),
+        ),
+        F.FOREIGN_MASTER: Raised(
+            "SYNC more than four cycles from the last one, or HEARTBEAT_8 with another boot id",
+            *("8", "SYNC; HEARTBEAT_8", "its cycle; its boot id"),
+            "the last cycle; the boot id before",
+        ),
+        F.BAD_FRAMES: Raised(
+            "the third frame of an identifier within ten cycles that is bad, its counter apart",
+            *("its sender; 0 of ESTOP", "that identifier", "3", "10"),
+        ),
+        F.BUS_OFF: Raised(
+            "its CAN controller has been off the bus since the last SYNC",
+            *("own number", "0", "how often", "0"),
+        ),
+        F.QUEUE_OVERFLOW: Raised(
+            "its CAN controller has lost frames since the last SYNC",
+            *("own number", "0", "how many", "0"),
         ),
     },
     LADDERS,

@@ -16,7 +16,11 @@ SAMPLE: Final = 300
 _FOLDERS: Final = {
     "joint_nodes": (
         *("angle_solver", "compliance", "controller", "field_node", "friction", "homing", "inputs"),
-        *("joint", "ladder", "runaway", "servo", "state_actions", "states", "stop_ramp"),
+        *("joint", "ladder", "motion_watch", "sensing", "servo", "state_actions", "states"),
+        "stop_ramp",
+    ),
+    "joint_nodes/detectors": (
+        *("bus", "drive", "following", "plausible_rows", "runaway", "sensors", "setpoint_step"),
     ),
     "node": ("encoder_reference", "endpoint", "protocol"),
     "setpoint": ("blend", "cartesian", "frames", "history", "joint", "succession"),
@@ -28,6 +32,8 @@ FILES: Final = tuple(f"{folder}/{name}.py" for folder, names in _FOLDERS.items()
 generated from the DBC, and tables that are the wire contract itself."""
 
 NOT_OF_A_JOINT: Final = {
+    "joint_nodes/detectors/bus.py": {"PortWatch"},
+    "joint_nodes/field_node.py": {"_watch_port"},
     "joint_nodes/controller.py": {"record_terms"},
     "joint_nodes/joint.py": {"record_terms", "theta", "speed", "torque"},
     "joint_nodes/servo.py": {"ServoTerms"},
@@ -49,7 +55,8 @@ NOT_OF_A_JOINT: Final = {
     "kinematics/limits.py": {"within_limits"},
 }
 """Functions and classes of these files that no joint node calls on the bus: the master's half of
-what it shares with the joints, recordings, and what tests and reports ask."""
+what it shares with the joints, recordings, what tests and reports ask, and what a joint asks its
+CAN controller, which no tester on the bus has in its hand."""
 
 _NO_CODE: Final = ("__slots__", "gripper", "GRIPPER_PARAMETERS")
 """Names to which nothing is assigned that a joint computes with."""

@@ -33,7 +33,7 @@ LIKELY: Final = {
     "joint_nodes/compliance.py": ("29",),
     "joint_nodes/stop_ramp.py": ("43b",),
     "joint_nodes/homing.py": ("43b",),
-    "joint_nodes/runaway.py": ("40e",),
+    "joint_nodes/detectors/runaway.py": ("40e",),
     "wire/configuration.py": ("12", "12b", "19"),
     "wire/protection.py": ("4", "5"),
 }

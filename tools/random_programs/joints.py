@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from rfms_can.arm import Arm
 from rfms_can.joint_nodes.angle_solver import AngleSolver
-from rfms_can.joint_nodes.controller import STEP_MARGIN
+from rfms_can.joint_nodes.detectors.setpoint_step import STEP_MARGIN
 from rfms_can.kinematics import Joints
 from rfms_can.master.broadcast import Broadcast, Outgoing
 from rfms_can.master.start_up.node_parameters import joint_parameters

@@ -72,7 +72,7 @@ class Commanded:
         controller = self.rig.joints[joint - 1].controller
         if isinstance(values, Refusal) or controller is None:
             return
-        self._angles[joint - 1] = controller.theta + values.error
+        self._angles[joint - 1] = controller.sensing.theta + values.error
         self._heard += 1
         if self._heard % len(JOINTS) == 0:
             if self.judge is None:
@@ -100,7 +100,7 @@ class Batch:
     def run(self) -> list[Brief]:
         """Run them; a fault ends the batch, and counts for the program it happened in."""
         try:
-            outcome = execute(self._program, self._settings, watch=self._commanded.watch)
+            outcome = execute(self.program, self._settings, watch=self._commanded.watch)
         except RfmsError as error:
             if len(self.results) == len(self._seeds):
                 raise
@@ -110,7 +110,8 @@ class Batch:
             self._note(self._seeds[len(self.results)], 0, 0, "", str(outcome.fault), 0)
         return self.results
 
-    def _program(self, arm: Coordinator) -> None:
+    def program(self, arm: Coordinator) -> None:
+        """The programs as one."""
         tool = arm.transform("tool", TOOL)
         for seed in self._seeds:
             program = draw(self._arm, seed)

@@ -47,14 +47,16 @@ TABLE: dict[int, tuple[str, float, float, str]] = {
     29: ("BARRIER", 0.001, 3600, ""),
     30: ("SENSOR_SOURCE", 1, 31, "whole"),
     31: ("KINEMATICS", 0, 15, "whole"),
-    32: ("FOLLOWING_ERROR_LIMIT", 0.0001, 2, ""),
-    33: ("OVERSPEED_LIMIT", 0.001, 200, ""),
-    34: ("TACHOMETER_LIMIT", 0.001, 200, ""),
+    32: ("FOLLOWING_ERROR_LIMIT", 0.0001, 0.5, ""),
+    33: ("OVERSPEED_LIMIT", 0.001, 150, ""),
+    34: ("TACHOMETER_LIMIT", 0.001, 100, ""),
     35: ("CONTINUOUS_TORQUE", 0.001, 10000, ""),
-    36: ("OVERLOAD_TIME", 0.001, 3600, ""),
-    37: ("STALL_TIME", 0.001, 60, ""),
-    38: ("STUCK_TIME", 0.001, 60, ""),
+    36: ("OVERLOAD_TIME", 0.001, 60, ""),
+    37: ("STALL_TIME", 0.001, 5, ""),
+    38: ("STUCK_TIME", 0.001, 1, ""),
     39: ("HOMING_TIME", 0.1, 3600, ""),
+    40: ("CURRENT_TOLERANCE", 0.001, 0.25, ""),
+    41: ("RATE_ERROR_LIMIT", 0.01, 0.5, ""),
 }
 """Name, lowest, highest, kind: whole, of the magnitude, or neither; by number."""
 for _link in range(6):
@@ -62,6 +64,9 @@ for _link in range(6):
     TABLE[70 + _link] = (f"DH_D_{_link + 1}", -16777216, 16777216, "whole")
     TABLE[76 + _link] = (f"DH_ALPHA_{_link + 1}", -3600000, 3600000, "whole")
     TABLE[82 + _link] = (f"DH_OFFSET_{_link + 1}", -3600000, 3600000, "whole")
+
+DEFAULTS: Values = {40: 0.035, 41: 0.2}
+"""What holds where a master leaves a parameter out; it needs all others."""
 
 NUMBER = {entry[0]: number for number, entry in TABLE.items()}
 
@@ -126,6 +131,8 @@ class Parameters:
             or self.INTEGRAL_LIMIT > self.TORQUE_LIMIT
             or self.CONTINUOUS_TORQUE > self.TORQUE_LIMIT
             or self.HOMING_SPEED > self.SPEED_LIMIT
+            or self.OVERSPEED_LIMIT > 1.5 * self.SPEED_LIMIT * (1 + 1e-6)
+            or self.TACHOMETER_LIMIT > self.SPEED_LIMIT
         ):
             return REFUSED_VALUE
         solved = self.KINEMATICS == 0 or (self.KINEMATICS == 1 and self.geometry.solvable)
@@ -167,11 +174,15 @@ class Configuration:
         """Status, and whether a new set is in force."""
         self.closed = True
         own = hash_of(self.held)
-        if total != len(self.held) or its_hash != own or len(self.held) != len(TABLE):
+        if (
+            total != len(self.held)
+            or its_hash != own
+            or TABLE.keys() - self.held.keys() - DEFAULTS.keys()
+        ):
             return WRONG_HASH, False
         if self.hash == own:
             return TAKEN, False
-        new = Parameters(self.held)
+        new = Parameters({**DEFAULTS, **self.held})
         status = new.objection(self.joint)
         if status != TAKEN:
             return status, False

@@ -17,7 +17,18 @@ NOTHING, HOLD, STOP, DAMP, OFF = range(5)  # reactions, softest first
     EMERGENCY_STOP,
     RUNAWAY,
     DUPLICATE_NODE,
-) = range(1, 15)
+    SENSOR_MISMATCH,
+    SENSOR_STUCK,
+    ADC_SATURATED,
+    AMPLIFIER_FAULT,
+    OVERSPEED,
+    FOLLOWING_ERROR,
+    OVERLOAD,
+    STALL,
+    ROWS_IMPLAUSIBLE,
+    FOREIGN_MASTER,
+    BAD_FRAMES,
+) = range(1, 26)
 
 LADDER: dict[int, dict[int, int]] = {
     SYNC_MISSING: {1: HOLD, 3: STOP, 5: DAMP, 25: OFF},
@@ -26,6 +37,11 @@ LADDER: dict[int, dict[int, int]] = {
     ERROR_MISSING: {1: HOLD, 3: STOP},
     ROWS_MISSING: {1: HOLD, 3: STOP},
     ENCODER_GLITCH: {1: HOLD, 3: STOP},
+    ADC_SATURATED: {1: HOLD, 3: DAMP},
+    AMPLIFIER_FAULT: {1: HOLD, 2: OFF},
+    OVERSPEED: {1: HOLD, 2: OFF},
+    FOLLOWING_ERROR: {1: HOLD, 2: OFF},
+    ROWS_IMPLAUSIBLE: {1: HOLD, 3: STOP},
 }
 """After how many cycles in a row which reaction."""
 
@@ -38,6 +54,12 @@ AT_ONCE: dict[int, int] = {
     EMERGENCY_STOP: OFF,
     RUNAWAY: OFF,
     DUPLICATE_NODE: STOP,
+    SENSOR_MISMATCH: OFF,
+    SENSOR_STUCK: OFF,
+    OVERLOAD: DAMP,
+    STALL: DAMP,
+    FOREIGN_MASTER: STOP,
+    BAD_FRAMES: STOP,
 }
 """Reactions to faults that happen at once."""
 

@@ -1,19 +1,22 @@
-"""A joint's cycle: SYNC, MEASURE, REFERENCE, what is missing (docs/node.md)."""
+"""A joint's cycle: SYNC, MEASURE, REFERENCE, what is missing (docs/node.md, node-detectors.md)."""
 
 from third_node import kinematics
 from third_node.codec import Fields
+from third_node.detectors import (
+    implausible,
+)
 from third_node.faults import (
-    ENCODER_GLITCH,
     ERROR_MISSING,
-    HARD_LIMIT,
+    FOLLOWING_ERROR,
     HOMING_FAILED,
     MEASURE_MISSING,
+    OVERLOAD,
+    ROWS_IMPLAUSIBLE,
     ROWS_MISSING,
     RUNAWAY,
     SETPOINT_MISSING,
-    SOFT_LIMIT,
+    STALL,
 )
-from third_node.homing import Homing
 from third_node.law import Law, Rows
 from third_node.life import (
     FAULT,
@@ -22,34 +25,28 @@ from third_node.life import (
     OPERATIONAL,
     QUICKSTOP,
     READY,
-    Life,
 )
+from third_node.sampling import Sampling
 from third_node.setpoint import SetPoint
-from third_node.speaker import OF_SETPOINT
-from third_node.stop import Runaway, Stop
+from third_node.speaker import ESTOP, OF_SETPOINT
 
 SETPOINT_1 = OF_SETPOINT[0]
 MOST_SKIPPED = 4
-MARGIN = 0.05  # of the range, rad
+HARD_MARGIN, SOFT_MARGIN = 0.05, 0.02  # of the range, rad
 
 
-class Joint(Life):
+class Joint(Sampling):
     """A joint, from its number and what it drew at power-on."""
 
     def __init__(self, joint: int, boot_id: int = 1) -> None:
         super().__init__(joint, boot_id)
         self.rows = Rows(joint)
         self.waiting: Rows | None = None
-        self.counts = 0
-        self.theta = self.speed = 0.0
         self.sample_cycle = 0  # DAC is tagged with it
-        self.unsampled = 1  # cycles since the last sample
         self.lost = 0  # of them those that the watchdog told of
         self.last_k = -1  # number of the last SYNC since START
-        self.torque = self.bias = 0.0
+        self.torque = self.sent_bias = self.bias = 0.0
         self.forget_cycle(False, False)
-        self.stopping: Stop | None = None
-        self.setpoint = SetPoint(1.0, 0.0)
         self.forget_setpoint()
 
     # --- a configuration, and states
@@ -58,22 +55,19 @@ class Joint(Life):
         """All parts of a joint."""
         p = self.config.values
         assert p is not None
-        self.p = p
+        self.begin_sampling(p)
         self.law = Law(self.joint, p)
-        self.homing = Homing(p, None)
-        self.runaway = Runaway(p)
         self.held = kinematics.Held()
         self.setpoint = SetPoint(p.PERIOD, 0.0)
-        self.step_bound = 1.5 * p.SPEED_LIMIT * p.PERIOD
         self.rows, self.waiting = Rows(self.joint), None
-        self.theta = self.speed = 0.0
-        self.unsampled, self.lost, self.last_k = 1, 0, -1
+        self.lost, self.last_k = 0, -1
 
     def on_void_set(self) -> None:
         """The reference goes with the configuration: ``on_new_set`` makes all new."""
 
     def on_state(self, event: str) -> None:
         """What begins with a state."""
+        self.ramps = False
         if event == "PREOP":
             self.rows, self.waiting = Rows(self.joint), None
             self.forget_cycle(False, False)
@@ -109,6 +103,7 @@ class Joint(Life):
         """DAC, Nm."""
         self.torque, self.sent_bias = torque, bias
         current, force = self.law.codes(torque, bias)
+        self.amplifier.drive(current, force)
         fields = {"current_dac": current, "force_dac": force, "cycle": self.sample_cycle}
         self.send(self.id_dac, fields)
         self.owes_dac = False
@@ -125,15 +120,16 @@ class Joint(Life):
         self.owes_dac = owes_dac
         self.expects_setpoint = expects_setpoint
 
-    def on_cycle(self, fields: Fields) -> None:
+    def on_cycle(self, fields: Fields, was_driven: bool) -> None:
         """SYNC: the cycle before is judged, a new one begins."""
         if not self.config.values:
             return
+        self.heat_up(was_driven)
         if not self.drives():
             self.homing.let_go()
         self.judge()
         k = fields["cycle"]
-        gap = min(k - self.last_k, MOST_SKIPPED)
+        gap = self.gap(k)
         self.unsampled += max(gap - self.lost, 1)
         self.last_k, self.lost = k, 0
         if self.state == OPERATIONAL:
@@ -148,10 +144,24 @@ class Joint(Life):
         """The cycle before is judged; what comes next belongs to none."""
         if not self.config.values:
             return
+        self.heat_up(self.is_driven())
         self.judge()
         self.unsampled += 1
         self.lost += 1
         self.forget_cycle(False, False)
+
+    def gap(self, k: int) -> int:
+        """Cycles from the last SYNC to this one, 0 where it goes back."""
+        if self.last_k < 0:
+            return min(k + 1, MOST_SKIPPED)
+        ahead = (k - self.last_k) % 2**32
+        return min(ahead, MOST_SKIPPED) if ahead < 2**31 else 0
+
+    def heat_up(self, driven: bool) -> None:
+        """The motor has borne the torque of a cycle."""
+        if self.motor.overheats(self.torque + self.sent_bias if driven else 0.0):
+            numbers = (self.motor.heat, self.motor.bound)
+            self.trip(OVERLOAD, self.joint, self.id_measure, *numbers)
 
     def judge(self) -> None:
         """What the cycle before lacked."""
@@ -176,6 +186,7 @@ class Joint(Life):
         """A cycle without a set-point."""
         self.setpoint.hold()
         self.held_cycles += 1
+        self.taken = 0
 
     def take_up_rows(self, number: int) -> None:
         """The rows that SYNC names act from now on, if they are here."""
@@ -183,8 +194,12 @@ class Joint(Life):
             if self.waiting is None or self.waiting.set != number:
                 self.count(ROWS_MISSING, MASTER, self.id_rows)
                 return
+            excess = implausible(self.p, self.joint, self.waiting, self.rows)
+            if excess is not None:
+                self.count(ROWS_IMPLAUSIBLE, MASTER, self.id_rows, *excess)
+                return
             self.rows = self.waiting
-        self.ladder[ROWS_MISSING] = 0
+        self.ladder[ROWS_MISSING] = self.ladder[ROWS_IMPLAUSIBLE] = 0
 
     def on_frame_of_joint(self, can_id: int, fields: Fields) -> None:
         """A frame of the cycle, or ROWS."""
@@ -215,6 +230,16 @@ class Joint(Life):
         """Who has the sensors."""
         return int(self.p.SENSOR_SOURCE)
 
+    def sender_of(self, can_id: int) -> int:
+        """Whose frame it is."""
+        if can_id in (self.id_measure, self.id_reference):
+            return self.source()
+        if can_id in self.own:
+            return self.joint
+        if 0x201 <= can_id <= 0x206:
+            return can_id - 0x200
+        return 0 if can_id == ESTOP else MASTER
+
     def on_measure(self, fields: Fields) -> None:
         """The sample, and what it leads to."""
         self.sampled = True
@@ -228,55 +253,39 @@ class Joint(Life):
         elif self.damps():
             self.send_dac(self.law.damped(self.rows, self.speed))
 
-    def take_sample(self, fields: Fields) -> None:
-        """Angle and speed, and whether they can be trusted."""
-        self.counts = fields["counts"]
-        theta = self.homing.angle(self.counts)
-        speed = fields["velocity_adc"] * self.p.RATE_PER_CODE
-        u = max(1, self.unsampled)
-        self.unsampled = 0
-        jump, bound = theta - self.theta, self.step_bound * u
-        watched = self.state in (OPERATIONAL, QUICKSTOP)
-        if watched and abs(jump) > bound:
-            self.count(ENCODER_GLITCH, self.source(), self.id_measure, jump, bound)
-            if self.ladder[ENCODER_GLITCH] <= 2:
-                theta = self.theta + self.speed * self.p.PERIOD * u
-            else:
-                self.begin_stop(theta, speed)
-        elif watched:
-            self.ladder[ENCODER_GLITCH] = 0
-        self.theta, self.speed = theta, speed
-        if watched or self.damps():
-            self.check_range()
-
-    def check_range(self) -> None:
-        """The end of the range is near, or passed."""
-        p = self.p
-        low, high = p.POSITION_MIN - MARGIN, p.POSITION_MAX + MARGIN
-        rest = self.theta + self.speed * abs(self.speed) / (2 * p.ACCELERATION_LIMIT)
-        for angle, fault in ((self.theta, HARD_LIMIT), (rest, SOFT_LIMIT)):
-            if not low <= angle <= high:
-                self.trip(fault, self.joint, 0, angle, low if angle < low else high)
-                return
-
     # --- the stop, homing
-
-    def begin_stop(self, position: float, speed: float) -> None:
-        """The controlled stop from rad and rad/s."""
-        self.stopping = Stop(self.p, position, speed)
-        self.runaway.reset()
 
     def follow_ramp(self) -> None:
         """A sample in QUICKSTOP."""
         stop = self.stopping
         assert stop is not None
+        self.ramps = True
         stop.ramp(self.theta)
         error = stop.position - self.theta
         if self.runs_away(error, self.theta):
             return
+        if not self.follows(self.following.excess_of_stop(error, self.speed)):
+            return
         inertia = self.rows.inertia[self.joint - 1] * stop.acceleration
         rest = (stop.speed - self.speed, self.rows.gravity, stop.speed, inertia)
-        self.send_dac(self.law.alone(error, *rest))
+        torque = self.law.alone(error, *rest)
+        self.watch_stall()
+        self.send_dac(torque)
+
+    def follows(self, excess: tuple[float, float] | None) -> bool:
+        """Whether the joint follows well enough to go on."""
+        before = self.state
+        if excess is None:
+            self.ladder[FOLLOWING_ERROR] = 0
+        else:
+            self.count(FOLLOWING_ERROR, self.joint, self.id_measure, *excess)
+        return self.state == before
+
+    def watch_stall(self) -> None:
+        """After a torque of servo or stop ramp: a joint must not stand at its limit for long."""
+        if self.motor.stalls(self.law.cut, self.speed):
+            numbers = (self.motor.run * self.p.PERIOD, self.p.STALL_TIME)
+            self.trip(STALL, self.joint, self.id_measure, *numbers)
 
     def runs_away(self, error: float, angle: float) -> bool:
         """Whether the torque had to go off."""
@@ -298,14 +307,16 @@ class Joint(Life):
         if homing.failure is not None:
             value, bound, stands = homing.failure
             frame = self.id_measure if stands else self.id_reference
-            self.trip(HOMING_FAILED, self.source(), frame, value, bound)
+            self.trip(HOMING_FAILED, self.joint, frame, value, bound)
             return
-        if self.runs_away(homing.error, homing.theta):
-            return
-        if self.state == HOMING and homing.found:
-            self.state = READY
+        ends = self.state == HOMING and homing.found
+        if ends:
             self.runaway.reset()
             self.theta = homing.theta
+        if self.runs_away(homing.error, homing.theta):
+            return
+        if ends:
+            self.state = READY
         self.send_dac(torque)
 
     # --- the set-point
@@ -320,4 +331,5 @@ class Joint(Life):
         self.theta_d = self.theta
         self.comply_before = 0.0
         self.held_cycles = 0
+        self.taken = 0  # set-points in a row
         self.bias = 0.0

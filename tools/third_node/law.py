@@ -34,7 +34,7 @@ class Law:
 
     Attributes:
         terms: of the last torque, Nm, by name.
-        cut: whether the last torque of ``alone`` was at its limit.
+        cut: whether the last torque was cut to its limit.
     """
 
     def __init__(self, joint: int, parameters: Parameters) -> None:
@@ -84,6 +84,7 @@ class Law:
             I = self.integral.complying(e, X + F, rows.law_row, f, self.friction)  # noqa: E741
         self.error_before = e[i]
         Z = self.transfer(X + I, rows.specification)
+        self.cut = abs(Z + F + bias) > p.TORQUE_LIMIT
         total = clamp(Z + F + bias, p.TORQUE_LIMIT)
         self.terms = {
             "proportional": P,

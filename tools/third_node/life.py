@@ -3,14 +3,17 @@
 docs/node.md has the sections of the same names. Times are ns of the node's own clock.
 """
 
+from third_node.bus_watch import BAD_IN_A_ROW, WITHIN_CYCLES, BusWatch
 from third_node.codec import DBC_HASH, CanFrame, Fields
 from third_node.configuration import COMMIT, REFUSED_STATE, Configuration, hash_of
 from third_node.faults import (
     AT_ONCE,
+    BAD_FRAMES,
     DAMP,
     DBC_MISMATCH,
     DUPLICATE_NODE,
     EMERGENCY_STOP,
+    FOREIGN_MASTER,
     HOLD,
     NOTHING,
     OFF,
@@ -40,9 +43,10 @@ class Life(Speaker):
         self.state = INIT
         self.master_boot: int | None = None
         self.config = Configuration(joint)
+        self.bus = BusWatch()
         self.clear_faults()
         self.deadline_ns: int | None = None
-        self.watch_ns = 0
+        self.watch_ns = self.period_ns = 0
         self.in_time = False
         self.cycle = -1  # its number, as SYNC had it
         self.sync_state = INIT  # the state in the last SYNC
@@ -53,8 +57,8 @@ class Life(Speaker):
         """A frame of the cycle."""
         raise NotImplementedError
 
-    def on_cycle(self, fields: Fields) -> None:
-        """SYNC."""
+    def on_cycle(self, fields: Fields, was_driven: bool) -> None:
+        """SYNC; ``was_driven``: the joint was in the cycle that is over."""
         raise NotImplementedError
 
     def on_lost_sync(self) -> None:
@@ -71,6 +75,10 @@ class Life(Speaker):
 
     def on_state(self, event: str) -> None:
         """HOME, START, or a way into PREOP or QUICKSTOP."""
+        raise NotImplementedError
+
+    def sender_of(self, can_id: int) -> int:
+        """Whose frame it is."""
         raise NotImplementedError
 
     def is_driven(self) -> bool:
@@ -94,7 +102,7 @@ class Life(Speaker):
         """Time passes; what the node sends."""
         self.out = []
         while self.deadline_ns is not None and now_ns >= self.deadline_ns:
-            self.deadline_ns += self.watch_ns
+            self.deadline_ns += self.period_ns  # of either clock: once one is missed, each period
             self.in_time = False
             self.count(SYNC_MISSING, MASTER, SYNC)
             self.on_lost_sync()
@@ -105,11 +113,15 @@ class Life(Speaker):
         out = self.tick(now_ns)
         if can_id != ESTOP and can_id not in self.receivers:
             return out
-        fields = self.checked(can_id, bytes(data), fd)
-        if fields is None:
-            self.discarded = min(self.discarded + 1, 65535)
-        else:
+        fields, in_step = self.checked(can_id, bytes(data), fd)
+        if fields is not None and in_step:
             self.act(can_id, fields, now_ns)
+            return out
+        self.discarded = min(self.discarded + 1, 65535)
+        if fields is None:
+            self.on_bad_frame(can_id)
+        elif can_id == SYNC and fields["dbc_hash"] == DBC_HASH:
+            self.is_foreign(fields["cycle"])
         return out
 
     def send_heartbeat(self) -> None:
@@ -148,7 +160,13 @@ class Life(Speaker):
     def on_master(self, boot_id: int) -> None:
         """HEARTBEAT_8."""
         is_led = self.config.values is not None and self.in_time and self.sync_state in DRIVEN
+        obeyed, self.bus.obeyed = self.bus.obeyed, False
         if is_led and self.master_boot is not None:
+            if obeyed:
+                self.master_boot = boot_id
+            elif boot_id != self.master_boot and self.is_watched() and self.bus.led:
+                numbers = (float(boot_id), float(self.master_boot))
+                self.trip(FOREIGN_MASTER, MASTER, MASTER_BEAT, *numbers)
             return
         if not is_led and boot_id != self.master_boot:
             self.reset_receivers(self.of_master)
@@ -175,6 +193,7 @@ class Life(Speaker):
         """HOME."""
         if self.state in (PREOP, READY) and self.config.values and self.reaction <= HOLD:
             self.state = HOMING
+            self.bus.begin()
             self.on_state("HOME")
 
     def on_stop(self) -> None:
@@ -190,6 +209,7 @@ class Life(Speaker):
         self.clear_faults()
         self.reset_receivers()
         self.counters = {}
+        self.bus.begin()
         self.on_state("START")
 
     def on_reset(self) -> None:
@@ -198,6 +218,8 @@ class Life(Speaker):
             return
         self.clear_faults()
         self.reset_receivers()
+        self.bus.forget_bad()
+        self.bus.obeyed = True
         if self.config.values is None:
             self.config.clear()
         self.go_preop()
@@ -228,6 +250,7 @@ class Life(Speaker):
             status, new = self.config.commit(fields["total"], fields["hash"])
             if new and self.config.values is not None:
                 self.watch_ns = round(self.config.values.watch_s * 1e9)
+                self.period_ns = round(self.config.values.PERIOD * 1e9)
                 self.on_new_set()
         else:
             status, void = self.config.parameter(number, value)
@@ -245,6 +268,10 @@ class Life(Speaker):
             cause = (MASTER, SYNC, float(fields["dbc_hash"]), float(DBC_HASH))
             self.trip(DBC_MISMATCH, *cause)
             return
+        if self.is_foreign(fields["cycle"]):
+            return
+        was_driven = self.is_driven()
+        self.bus.led = True
         self.ladder[SYNC_MISSING] = 0
         self.cycle = fields["cycle"]
         self.sync_state = fields["state"]
@@ -253,9 +280,27 @@ class Life(Speaker):
             self.deadline_ns = now_ns + self.watch_ns * 3 // 2
         if self.cycle % HEARTBEAT_EVERY == 0:
             self.send_heartbeat()
-        self.on_cycle(fields)
+        self.on_cycle(fields, was_driven)
+
+    def is_foreign(self, cycle: int) -> bool:
+        """Whether SYNC of a cycle is another master's; it stops the joint then."""
+        missed = self.ladder.get(SYNC_MISSING, 0)
+        foreign = self.is_watched() and self.bus.is_foreign(cycle, self.cycle, missed)
+        if foreign:
+            self.trip(FOREIGN_MASTER, MASTER, SYNC, float(cycle), float(self.cycle))
+        return foreign
+
+    def on_bad_frame(self, can_id: int) -> None:
+        """A frame that was refused, not for its counter."""
+        if self.is_watched() and self.bus.is_bad_again(can_id, self.cycle):
+            numbers = (float(BAD_IN_A_ROW), float(WITHIN_CYCLES))
+            self.trip(BAD_FRAMES, self.sender_of(can_id), can_id, *numbers)
 
     # --- faults
+
+    def is_watched(self) -> bool:
+        """Whether the ladder counts, and the bus is watched."""
+        return self.state in DRIVEN or self.damps()
 
     def clear_faults(self) -> None:
         """START and RESET."""
@@ -276,7 +321,7 @@ class Life(Speaker):
         bound: float | None = None,
     ) -> None:
         """One more cycle in a row; value and bound are the count and its rung by default."""
-        if not (self.state in DRIVEN or self.damps()):
+        if not self.is_watched():
             return
         n = self.ladder[fault] = self.ladder.get(fault, 0) + 1
         reaction, reached = rung(fault, n)

@@ -4,13 +4,14 @@ import copy
 
 from third_node import kinematics
 from third_node.codec import float32
-from third_node.faults import ERROR_MISSING, SETPOINT_MISSING, SETPOINT_STEP
+from third_node.faults import ERROR_MISSING, FOLLOWING_ERROR, SETPOINT_MISSING, SETPOINT_STEP
 from third_node.joint import Joint
 from third_node.life import MASTER, OPERATIONAL
 from third_node.setpoint import SetPoint
 from third_node.speaker import OF_SETPOINT
 
 SETPOINT_1, SETPOINT_2, COMPLY, JOINT_SETPOINT_1, JOINT_SETPOINT_2, BIAS = OF_SETPOINT
+RATE_STEP, IN_A_ROW = 0.2, 4  # of SPEED_LIMIT; set-points before it
 WITH_COMPLY, WITH_BIAS, WITH_ANGLES = 1, 2, 4  # bits of extras
 
 
@@ -47,7 +48,9 @@ class Node(Joint):
             six = [self.errors[j] for j in range(1, 7)]
             columns = [[told[i] for told in six] for i in range(3)]
             speeds = (self.setpoint.rate, self.speed, self.cycle)
-            self.send_dac(self.law.servo(self.rows, columns, *speeds, self.bias), self.bias)
+            torque = self.law.servo(self.rows, columns, *speeds, self.bias)
+            self.watch_stall()
+            self.send_dac(torque, self.bias)
 
     def new_setpoint(self) -> SetPoint | None:
         """The set-point's memory after this cycle, or None if it is refused."""
@@ -104,13 +107,22 @@ class Node(Joint):
         bound = self.step_bound * (1 + self.held_cycles)
         told = (float32(error), float32(rate), float32(new.acceleration))
         fits = abs(told[0]) <= 2 and abs(told[1]) <= 100 and abs(told[2]) <= 10000
+        change, most = new.rate - self.setpoint.rate, RATE_STEP * self.p.SPEED_LIMIT
+        if abs(jump) <= bound and self.taken >= IN_A_ROW and abs(change) > most:
+            self.trip(SETPOINT_STEP, MASTER, SETPOINT_1, change, most)
+            return
         if abs(jump) > bound or not fits:
             self.trip(SETPOINT_STEP, MASTER, SETPOINT_1, jump, bound)
+            return
+        if self.rows.selection != 0:
+            self.ladder[FOLLOWING_ERROR] = 0
+        elif not self.follows(self.following.excess(error, rate)):
             return
         self.setpoint = new
         self.theta_d = theta_d
         self.comply_before = comply
         self.held_cycles = 0
+        self.taken += 1
         own = self.parts[BIAS][f"torque_{self.joint}"] if extras & WITH_BIAS else 0.0
         self.bias = self.law.cut_bias(own)
         fields = {"error": error, "error_rate": rate, "acceleration": new.acceleration}

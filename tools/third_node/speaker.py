@@ -26,24 +26,24 @@ class Speaker:
         self.discarded = 0
         self.heard_boots: dict[int, int] = {}  # the last HEARTBEAT of each identifier
 
-    def checked(self, can_id: int, data: bytes, fd: bool) -> Fields | None:
-        """The fields of a frame that is taken."""
+    def checked(self, can_id: int, data: bytes, fd: bool) -> tuple[Fields | None, bool]:
+        """The fields of a frame that is right, and whether its counter is in step."""
         protected = can_id != ESTOP
         if (protected and not fd) or len(data) != MESSAGES[can_id].length:
-            return None
+            return None, False
         if protected and not crc_is_right(can_id, data):
-            return None
+            return None, False
         fields = unpack(can_id, data)
         if not in_range(can_id, fields):
-            return None
+            return None, False
         if not protected:
-            return fields
+            return fields, True
         receiver = self.receivers[can_id]
         if can_id in (MASTER_BEAT, self.id_beat):
             if fields["boot_id"] != self.heard_boots.get(can_id):
                 receiver.reset()
             self.heard_boots[can_id] = fields["boot_id"]
-        return fields if receiver.check(fields["e2e_counter"]) else None
+        return fields, receiver.check(fields["e2e_counter"])
 
     def send(self, can_id: int, fields: Fields) -> None:
         """Put a frame on the bus."""

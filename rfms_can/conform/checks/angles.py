@@ -8,10 +8,24 @@ from rfms_can.wire.contract import JOINT_SETPOINT_BELONGS
 from rfms_can.wire.records import JointAngles, JointError, Setpoint
 from rfms_can.wire.vocabulary import Parameter
 
+SLOW: Final = {
+    Parameter.PERIOD: 1.0,
+    Parameter.SPEED_LIMIT: 100.0,
+    Parameter.OVERSPEED_LIMIT: 150.0,
+    Parameter.TACHOMETER_LIMIT: 100.0,
+    Parameter.TORQUE_LIMIT: 1e4,
+    Parameter.CONTINUOUS_TORQUE: 1e4,
+    Parameter.FOLLOWING_ERROR_LIMIT: 0.5,
+    Parameter.CURRENT_TOLERANCE: 0.25,
+    Parameter.RATE_PER_CODE: 0.01,
+    Parameter.ACCELERATION_LIMIT: 1e4,
+}
+"""Cycles in which a joint goes from any pose to any other, and does not mind."""
+
 
 def by_whom(t: Tester) -> None:
     """JOINT_SETPOINT counts where it has the joint's bit; else the pose is solved."""
-    t.operational({Parameter.PERIOD: 1.0, Parameter.SPEED_LIMIT: 100.0}, theta=0.3)
+    t.operational(SLOW, theta=0.3)
     own, others = 1 << t.index, 0x3F & ~(1 << t.index)
     angle = t.vectors.rest_angles[t.index]
     for bits, want in ((own, 0.25), (0x3F, 0.25), (others & ~8, angle), (0, angle)):
@@ -33,7 +47,7 @@ def by_whom(t: Tester) -> None:
             frames = (t.setpoint_frame(), t.angles_frame(end + sign * beyond))
             t.only(t.give(*frames), names, f"{beyond} rad beyond the range")
             t.errors()
-    t.operational({Parameter.KINEMATICS: 0.0, Parameter.PERIOD: 1.0}, theta=0.3)
+    t.operational({**SLOW, Parameter.KINEMATICS: 0.0}, theta=0.3)
     t.sync()
     t.measure()
     t.only(t.give(t.setpoint_frame(0)), (), "KINEMATICS 0: no angle without JOINT_SETPOINT")
@@ -42,11 +56,10 @@ def by_whom(t: Tester) -> None:
 
 def straight_wrist(t: Tester) -> None:
     """Where the wrist is straight joint 4 is where it was told, or was; joint 6 makes up for it."""
-    changes = {Parameter.PERIOD: 1.0, Parameter.SPEED_LIMIT: 100.0}
     for number, case in enumerate(read("straight")):
         for told in (True, False):
             # by JOINT_SETPOINT, bit of joint 4; else by the pose before
-            t.operational(changes, theta=case["bent"]["angles"][t.index])
+            t.operational(SLOW, theta=case["bent"]["angles"][t.index])
             t.run(2)
             if not told:
                 _at(t, case["bent"], f"wrist {number}, bent", None, 0)
@@ -80,7 +93,7 @@ def turns(t: Tester) -> None:
     """Turns go on from where a pose was solved last: that of the goal, not that of the joint."""
     poses = read("turns")[str(t.joint)]
     wide = {
-        **{Parameter.PERIOD: 1.0, Parameter.SPEED_LIMIT: 100.0},
+        **SLOW,
         **{Parameter.POSITION_MIN: -20.0, Parameter.POSITION_MAX: 20.0},
         **{Parameter.COARSE_ZERO: -20.0, Parameter.COARSE_PER_CODE: 0.01},
     }
@@ -139,8 +152,7 @@ def solved(t: Tester) -> None:
     for arm, poses in t.vectors.inverse.items():
         changes = {
             **t.vectors.arms[arm][t.joint],
-            Parameter.PERIOD: 1.0,
-            Parameter.SPEED_LIMIT: 100.0,
+            **SLOW,
             Parameter.HOMING_SPEED: 0.1,
         }
         p = t.bench(changes)
@@ -154,6 +166,8 @@ def solved(t: Tester) -> None:
 
 
 _OF_THE_LINE: Final = (Parameter.CLOCK, Parameter.BARRIER)
+FAR: Final = 3.5
+"""From one pose to the next, rad: twice this, back and forth, is a rate that steps."""
 TURN: Final = 6.283185307179586
 
 
@@ -163,8 +177,10 @@ def _one_pose(t: Tester, where: str, pose: dict[str, Any], before: float) -> flo
     want = None if angle is None else _turn(t, angle, before)
     if want is None:
         t.run(4)  # the steps of a joint that misses a set-point go on as they were
+    elif abs(want - before) > FAR:
+        settle(t)
     t.sync()
-    t.theta = before if want is None else want
+    t.move_to(before if want is None else want)
     t.measure()
     first = t.setpoint_frame(0, **place(pose))
     answers = t.give(first)
@@ -172,8 +188,18 @@ def _one_pose(t: Tester, where: str, pose: dict[str, Any], before: float) -> flo
     for error in answers.of("ERROR"):
         t.near(error.error + t.measured, want or 0.0, 1e-6, f"{where}: angle")
     t.errors()
+    t.speed = 0.0
     t.run()
     return t.measured
+
+
+def settle(t: Tester) -> None:
+    """At rest, and a cycle without a set-point: after it a rate may step."""
+    t.speed = 0.0
+    t.run(3)
+    t.sync()
+    t.measure()
+    t.errors()
 
 
 def _turn(t: Tester, angle: float, before: float) -> float:

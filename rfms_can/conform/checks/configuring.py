@@ -12,17 +12,21 @@ from rfms_can.wire.vocabulary import Command, ConfigStatus, NodeState, Parameter
 
 P = Parameter
 
-UNKNOWN: Final = (40, 63, 88, 100, 191, 192, 254)
+UNKNOWN: Final = (42, 63, 88, 100, 191, 192, 254)
 """Numbers that contract 2.0 has no name for."""
 LARGEST: Final = 1e9
 """Greatest value that CONFIG carries."""
 CONTRADICTIONS: Final = (
-    (P.POSITION_MIN, P.POSITION_MAX),
-    (P.INTEGRAL_LIMIT, P.TORQUE_LIMIT),
-    (P.CONTINUOUS_TORQUE, P.TORQUE_LIMIT),
-    (P.HOMING_SPEED, P.SPEED_LIMIT),
+    (P.POSITION_MIN, P.POSITION_MAX, 1.0),
+    (P.INTEGRAL_LIMIT, P.TORQUE_LIMIT, 1.0),
+    (P.CONTINUOUS_TORQUE, P.TORQUE_LIMIT, 1.0),
+    (P.HOMING_SPEED, P.SPEED_LIMIT, 1.0),
+    (P.OVERSPEED_LIMIT, P.SPEED_LIMIT, 1.5),
+    (P.TACHOMETER_LIMIT, P.SPEED_LIMIT, 1.0),
 )
-"""The first must not be greater than the second."""
+"""The first must not be greater than so many times the second."""
+OPTIONAL: Final = (P.CURRENT_TOLERANCE, P.RATE_ERROR_LIMIT)
+"""What a master may leave out: a node has a value of its own for it."""
 UNSUPPORTED: Final[tuple[tuple[Parameter, float], ...]] = (
     (P.KINEMATICS, 2.0),
     (P.KINEMATICS, 15.0),
@@ -153,7 +157,7 @@ def unknown(t: Tester) -> None:
         status(t, send(t, number, 1.5), ConfigStatus.UNKNOWN, f"parameter {number}")
     committed(t, ConfigStatus.TAKEN, "after unknown parameters")
     digest = held(t)
-    status(t, send(t, UNKNOWN[0], 2.5), ConfigStatus.UNKNOWN, "parameter 40 after COMMIT")
+    status(t, send(t, UNKNOWN[0], 2.5), ConfigStatus.UNKNOWN, "parameter 42 after COMMIT")
     t.equal(held(t), digest, "hash held after an unknown parameter")
 
 
@@ -251,14 +255,19 @@ def reset_and_configuration(t: Tester) -> None:
 def impossible(t: Tester) -> None:
     """Sets that contradict themselves, or ask for what a node does not have."""
     bench = t.bench()
-    for lesser, greater in CONTRADICTIONS:
+    for lesser, greater, times in CONTRADICTIONS:
+        bound = times * bench[greater]
         for value, want in (
-            (bench[greater], ConfigStatus.TAKEN),
-            (float32(bench[greater] * 1.001), ConfigStatus.REFUSED_VALUE),
+            (bound, ConfigStatus.TAKEN),
+            (float32(bound * 1.001), ConfigStatus.REFUSED_VALUE),
         ):
             t.to_preop()
             send_all(t, {**bench, lesser: value})
             committed(t, want, f"with {lesser.name} {value:.9g}, {greater.name} {bench[greater]:g}")
+    for left_out in ((OPTIONAL[0],), (OPTIONAL[1],), OPTIONAL):
+        t.to_preop()
+        send_all(t, {p: v for p, v in bench.items() if p not in left_out})
+        committed(t, ConfigStatus.TAKEN, f"without {', '.join(p.name for p in left_out)}")
     for parameter, value in UNSUPPORTED:
         t.to_preop()
         send_all(t, {**bench, parameter: value})
@@ -283,7 +292,7 @@ def refused_by_state(t: Tester) -> None:
 
     def refuses() -> None:
         before = t.beat()
-        for parameter in (P.KP, P.COMMIT, 40):
+        for parameter in (P.KP, P.COMMIT, UNKNOWN[0]):
             ack = send(t, parameter, 7.0) if parameter != P.COMMIT else t.commit()
             status(t, ack, ConfigStatus.REFUSED_STATE, f"in {NodeState(before.state).name}")
             t.equal(ack.hash, 0, "hash")

@@ -1,8 +1,13 @@
 """What an EMCY must say, for all checks that provoke one."""
 
+from typing import Final
+
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
 from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
+
+FREE: Final = {Parameter.SPEED_LIMIT: 100.0}
+"""For checks whose joint is where it is asked for, whatever its tachometer tells."""
 
 
 def emergency(
@@ -59,6 +64,12 @@ def silent(t: Tester, cycles: int = 3) -> None:
 def count(t: Tester) -> float:
     """One encoder count, rad."""
     return 1.0 / abs(t.parameters[Parameter.COUNTS_PER_UNIT])
+
+
+def no_more_than(t: Tester) -> float:
+    """A speed that is no error of a rate, however the set-point stands, rad/s."""
+    p = t.parameters
+    return 0.9 * p[Parameter.RATE_ERROR_LIMIT] * p[Parameter.SPEED_LIMIT]
 
 
 def step_limit(t: Tester) -> float:

@@ -1,9 +1,10 @@
 """Checks 40g and 40h: bounds met to the bit, with parameters that are powers of two."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from rfms_can.conform.checks.emergencies import emergency, noted, off, step_limit
+from rfms_can.conform.checks.emergencies import emergency, no_more_than, noted, off, step_limit
 from rfms_can.conform.checks.ladder import bare
 from rfms_can.conform.tester import Tester
 from rfms_can.wire.contract import COMPLY_BELONGS, JOINT_SETPOINT_BELONGS
@@ -13,13 +14,13 @@ from rfms_can.wire.vocabulary import FaultCode, NodeState, Parameter
 
 S, F, P = NodeState, FaultCode, Parameter
 
-EXACT: Final = {P.PERIOD: 2.0**-8, P.COUNTS_PER_UNIT: 8192.0, P.FOLLOWING_ERROR_LIMIT: 2.0**-6}
+EXACT: Final = {P.PERIOD: 2.0**-8, P.COUNTS_PER_UNIT: 8192.0, P.KP: 640.0}
 """A step of 1.5 SPEED_LIMIT PERIOD is 96 counts; a runaway's error is more than 64."""
 STEP: Final = 96
 AT: Final = 0.125
 ULP: Final = 2.0**-26
 """Twice the distance of float32 numbers at the set-points here."""
-FAST: Final = {P.SPEED_LIMIT: 20.0}
+FAST: Final = {P.SPEED_LIMIT: 20.0, P.RATE_PER_CODE: 0.01, P.ACCELERATION_LIMIT: 1000.0}
 """Motion away is then more than 32 counts a cycle, and fast more than 320."""
 Steps = Sequence[tuple[int, int]]
 RUNAWAYS: Final[tuple[tuple[Mapping[Parameter, float], Steps], ...]] = (
@@ -55,6 +56,7 @@ def _encoder_step(t: Tester, lost: int, counts: int, *, jumps: bool) -> None:
         t.setpoint()
         t.errors()
     t.sync()
+    t.speed = math.copysign(no_more_than(t), counts)
     t.measure(counts=t.counts() + counts)
     error: JointError = t.one(t.setpoint(), "ERROR", f"an encoder {counts} counts away")
     t.near(error.error, 0.0 if jumps else -counts / 8192.0, 1e-6, "error")
@@ -91,8 +93,8 @@ def displaced_steps(t: Tester) -> None:
     for sign in (1, -1):
         for part, refused in ((0.0, False), (0.98, False), (1.02, True)):
             t.operational(EXACT, AT)
-            t.run(2)
-            for step in (0.0, part * step_limit(t)):
+            t.run(1)  # four set-points in a row, and the rate of the step would count
+            for step in (0.0, 0.0, part * step_limit(t)):
                 t.sync()
                 t.measure()
                 told = [sign * 0.01] * 6
@@ -120,7 +122,7 @@ def _play(
     t.operational({**EXACT, **changes}, AT)
     t.run(2)
     for number, (ahead, counts) in enumerate(way):
-        t.theta = AT + sign * counts / 8192.0
+        t.move_to(AT + sign * counts / 8192.0, no_more_than(t))
         t.sync()
         t.measure()
         answers = bare(t.setpoint(AT + sign * ahead / 8192.0))

@@ -2,9 +2,8 @@
 
 from typing import Final
 
-from rfms_can.conform.checks.emergencies import emergency, noted, off, silent
+from rfms_can.conform.checks.emergencies import FREE, emergency, noted, off, silent
 from rfms_can.conform.tester import Tester
-from rfms_can.wire.nodes import PLANT
 from rfms_can.wire.records import Dac, Reference
 from rfms_can.wire.vocabulary import Command, ConfigStatus, FaultCode, NodeState, Parameter
 
@@ -90,7 +89,7 @@ def ambiguous(t: Tester) -> None:
         off(t, answers)
         emergency(
             *(t, answers, FaultCode.HOMING_FAILED),
-            culprit=PLANT,
+            culprit=t.joint,
             frame=t.codec(Reference, t.joint).id,
             value=abs(residual - round(residual)),
             bound=QUARTER,
@@ -104,7 +103,7 @@ def disagreeing(t: Tester) -> None:
     """Encoder and coarse position must move alike, within a quarter of an interval."""
     for sign in (1.0, -1.0):
         for moved, fails in ((0.24, False), (0.26, True)):
-            t.configure()
+            t.configure(FREE)
             t.theta = -0.8
             t.command(Command.HOME)
             for _ in range(2):

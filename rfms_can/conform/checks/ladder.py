@@ -295,7 +295,7 @@ def damping_leaves_the_range(t: Tester) -> None:
     exact = {Parameter.COUNTS_PER_UNIT: 80.0, Parameter.RATE_PER_CODE: 2.0**-9}
     for end, sign in ((224, 1), (-204, -1)):  # 2.8 and -2.55 rad, to the bit
         _damped(t, exact)
-        for code, faults in ((512, ()), (513, (F.SOFT_LIMIT,))):  # 1 rad/s: 1/16 rad to stop
+        for code, faults in ((369, ()), (370, (F.SOFT_LIMIT,))):  # 0.0325 rad to stop, almost
             t.speed = sign * code * 2.0**-9
             t.only(t.measure(counts=t.zero + end - sign * 5), ("DAC",))
             noted(t, S.FAULT, F.SETPOINT_MISSING, *faults)

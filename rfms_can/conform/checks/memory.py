@@ -125,7 +125,8 @@ def rows_forgotten(t: Tester) -> None:
     """Every way into PREOP forgets the rows, and RESET in PREOP; STOP there does not."""
 
     def gravity(number: int) -> None:
-        t.rows(number, (*[0.0] * 12, 1.2, number, 0, 0.0, 0, 0))
+        row = t.own_first([1.0, *[0.0] * 5])
+        t.rows(number, (*row, *[0.0] * 6, 1.2, number, 0, 0.0, 0, 0))
 
     def names_rows(number: int, *faults: FaultCode) -> None:
         t.theta = -0.9

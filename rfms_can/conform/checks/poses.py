@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final
 
-from rfms_can.conform.checks.angles import TURN, place
+from rfms_can.conform.checks.angles import SLOW, TURN, place, settle
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
 from rfms_can.conform.vectors import read
@@ -15,8 +15,6 @@ from rfms_can.wire.vocabulary import Command, Mode, Parameter, TrajectoryState
 
 P = Parameter
 
-SLOW: Final = {P.PERIOD: 1.0, P.SPEED_LIMIT: 100.0}
-"""A period in which a joint may go anywhere."""
 WIDE: Final = {
     **{**SLOW, P.POSITION_MIN: -20.0, P.POSITION_MAX: 20.0},
     **{P.COARSE_ZERO: -20.0, P.COARSE_PER_CODE: 0.01},
@@ -39,6 +37,8 @@ def shapes(t: Tester) -> None:
             angle = pose["angles"][t.index]
             if angle is None:
                 t.run(3)  # the steps of a joint that misses a set-point go on as they were
+            else:
+                settle(t)
             before = _solved(t, where, pose, angle, before)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from rfms_can.conform.checks.emergencies import count, emergency, noted, off, silent
+from rfms_can.conform.checks.emergencies import count, emergency, no_more_than, noted, off, silent
 from rfms_can.conform.checks.ladder import bare
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
@@ -13,7 +13,7 @@ from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 S, F, P = NodeState, FaultCode, Parameter
 
 # On the bench: counts from 161 counts of error on; 3.2 counts a cycle are motion, 32 are fast.
-UNTIL: Final = (80, 150)
+UNTIL: Final = (25, 50, 75, 100, 125, 150)
 """Where the encoder goes first, counts away from the set-point: within the bound."""
 RUNAWAYS: Final[tuple[tuple[int, ...], ...]] = (
     (170, 190, 210, 230, 250),
@@ -34,7 +34,7 @@ NONE: Final[tuple[tuple[int, ...], ...]] = (
     (190, 170, 190, 170, 190),  # it comes back
 )
 BOUNDS: Final[tuple[tuple[Mapping[Parameter, float], float], ...]] = (
-    ({P.FOLLOWING_ERROR_LIMIT: 0.01}, 0.005),
+    ({P.FOLLOWING_ERROR_LIMIT: 0.016}, 0.008),
     ({P.KP: 2000.0}, 0.0025),
     ({P.KP: 0.0, P.FOLLOWING_ERROR_LIMIT: 0.02}, 0.01),
     ({P.SPEED_LIMIT: 1.0}, 0.01),
@@ -42,6 +42,10 @@ BOUNDS: Final[tuple[tuple[Mapping[Parameter, float], float], ...]] = (
 )
 """Other parameters, and the error from which it counts then, rad."""
 BOUND: Final = 0.02
+NEAR: Final = 24
+"""Counts: how far from a joint its stop may begin, a quarter of a step."""
+WHOLE: Final = 11
+"""Cycles of a stop, 20 counts each, until RUNAWAY: 160 counts are the bound, then five cycles."""
 WATCHED: Final = 3
 """Cycles at rest before."""
 
@@ -56,7 +60,7 @@ def runaway(t: Tester) -> None:
     for changes, bound in BOUNDS:
         t.configure(changes)
         least = int(bound / count(t))
-        way = (least // 2, least, *(least + 15 * n for n in range(1, 6)))
+        way = (*range(12, least - 17, 12), least, *(least + 15 * n for n in range(1, 6)))
         _operational(t, changes, way, 1, bound)
     _operational(t, {}, (*UNTIL, *RUNAWAYS[0], 270), 1, None, complies=True)
     _error_shrinks(t)
@@ -79,7 +83,7 @@ def _operational(
     t.run(WATCHED)
     goal = t.measured
     for number, counts in enumerate(way):
-        t.theta = goal + sign * counts * count(t)
+        _away(t, goal + sign * counts * count(t))
         t.sync()
         t.measure()
         answers = t.setpoint(goal)
@@ -91,7 +95,12 @@ def _operational(
     noted(t, S.OPERATIONAL)
 
 
-def _lost(t: Tester, answers: Answers, error: float, bound: float) -> None:
+def _away(t: Tester, theta: float) -> None:
+    """Go there; the tachometer tells no more than an error of a rate may be."""
+    t.move_to(theta, no_more_than(t))
+
+
+def _lost(t: Tester, answers: Answers, error: float, bound: float, *others: FaultCode) -> None:
     off(t, answers)
     emergency(
         *(t, answers, F.RUNAWAY),
@@ -99,9 +108,10 @@ def _lost(t: Tester, answers: Answers, error: float, bound: float) -> None:
         frame=t.codec(Measure, t.joint).id,
         value=error,
         bound=bound,
+        others=others,
         tolerance=1e-6,
     )
-    noted(t, S.FAULT, F.RUNAWAY)
+    noted(t, S.FAULT, F.RUNAWAY, *others)
     silent(t)
 
 
@@ -111,14 +121,15 @@ def _error_shrinks(t: Tester) -> None:
     t.run(WATCHED)
     goal = t.measured
     way = [(0, n) for n in (*UNTIL, 170, 190, 210, 230)]
-    way += [(25, 250), (25, 270), (25, 290), (25, 310), (25, 330), (25, 350)]
+    way += [(4, 234), (7, 254), (9, 274), (10, 294), (10, 314), (10, 334)]
     for number, (ahead, counts) in enumerate(way, 1):
-        t.theta = goal + counts * count(t)
+        _away(t, goal + counts * count(t))
         t.sync()
         t.measure()
         answers = t.setpoint(goal + ahead * count(t))
         if number == len(way):
-            _lost(t, answers, goal + ahead * count(t) - t.measured, BOUND)
+            error = goal + ahead * count(t) - t.measured
+            _lost(t, answers, error, BOUND)
             return
         t.only(answers, ("ERROR",), f"{counts} counts away, the set-point {ahead}")
         t.only(t.errors(), ("DAC",))
@@ -132,7 +143,7 @@ def runaway_of_a_stop(t: Tester) -> None:
         goal = t.measured
         t.command(Command.QUICKSTOP)
         for number, counts in enumerate((*UNTIL, *way), 1 - len(UNTIL)):
-            t.theta = goal + counts * count(t)
+            _away(t, goal + counts * count(t))
             t.sync(S.QUICKSTOP)
             answers = t.measure()
             if number == len(way):
@@ -140,11 +151,11 @@ def runaway_of_a_stop(t: Tester) -> None:
                 break
             t.only(answers, ("DAC",), f"{counts} counts away")
     t.configure()
-    begin = -0.9
+    begin = t.theta = -0.9
     t.command(Command.HOME)
     step = t.parameters[P.HOMING_SPEED] * t.parameters[P.PERIOD]
     for number in range(10):  # the goal goes on by 12.8 counts, the joint back by 20
-        t.theta = begin - 20 * number * count(t)
+        _away(t, begin - 20 * number * count(t))
         t.sync(S.HOMING)
         t.measure()
         answers = t.reference(valid=0)
@@ -157,29 +168,30 @@ def runaway_of_a_stop(t: Tester) -> None:
 
 def begins_again(t: Tester) -> None:
     """A stop, and an index that is found, forget what went away before, and from where."""
-    for stopped, whole in ((4, 4), (3, 5), (1, 5)):
-        _stopped_while_away(t, stopped, whole)
+    for stopped in (4, 3, 1):
+        _stopped_while_away(t, stopped)
     _far_from_its_set_point(t)
     _homed_while_away(t)
     _driven_again(t)
 
 
-def _stopped_while_away(t: Tester, stopped: int, whole: int) -> None:
-    """Cycles away before QUICKSTOP count for nothing; the fifth after its first does."""
+def _stopped_while_away(t: Tester, stopped: int) -> None:
+    """Cycles away before QUICKSTOP count for nothing; the stop begins near the joint."""
     t.operational(theta=0.5)
     t.run(WATCHED)
     goal = t.measured
-    way = [*UNTIL, *(170 + 20 * n for n in range(stopped + 1 + whole))]
+    way = [*UNTIL, *(170 + 20 * n for n in range(stopped + WHOLE))]
     for number, counts in enumerate(way, -len(UNTIL)):
         if number == stopped:
             t.command(Command.QUICKSTOP)
-        t.theta = goal - counts * count(t)
+            begin = t.measured + NEAR * count(t)
+        _away(t, goal - counts * count(t))
         t.sync(S.QUICKSTOP if number >= stopped else S.OPERATIONAL)
         answers = bare(t.measure())
         if number < stopped:
             t.only(t.setpoint(goal) + t.errors(), ("ERROR", "DAC"))
-        elif number == stopped + 5:
-            _lost(t, answers, goal - t.measured, BOUND)
+        elif number == stopped + WHOLE - 1:
+            _lost(t, answers, begin - t.measured, BOUND)
         else:
             t.only(answers, ("DAC",), f"{counts} counts away, QUICKSTOP {stopped} cycles after")
 
@@ -191,8 +203,8 @@ def _far_from_its_set_point(t: Tester) -> None:
             t.operational(theta=theta)
             t.run(WATCHED)
             goal = t.measured
-            for counts in (80, 150, 150, 220, 220, 290, 290):
-                t.theta = goal + sign * counts * count(t)
+            for counts in (72, 144, 144, 216, 216, 288, 288):
+                _away(t, goal + sign * counts * count(t))
                 t.sync()
                 t.only(t.measure() + t.setpoint(goal) + t.errors(), ("ERROR", "DAC"))
             t.command(Command.QUICKSTOP)
@@ -202,19 +214,19 @@ def _far_from_its_set_point(t: Tester) -> None:
 
 
 def _homed_while_away(t: Tester) -> None:
-    """Away before the index came, and after it: four cycles each."""
+    """Away before the index came, and after it: four cycles before, the fifth with it."""
     t.configure()
     t.zero = 0
     step = t.parameters[P.HOMING_SPEED] * t.parameters[P.PERIOD]
-    begin = 0.06
+    begin = t.theta = 0.06
     t.command(Command.HOME)
-    for number in range(15):
-        t.theta = begin - 20 * number * count(t)
+    for number in range(14):
+        _away(t, begin - 20 * number * count(t))
         t.sync(S.HOMING)
         t.measure()
         error = step * min(number + 1, 8) + 20 * number * count(t)
         answers = t.reference(valid=int(number == 8), index_counts=0)
-        if number == 14:
+        if number == 13:
             _lost(t, answers, error, BOUND)
             return
         t.only(answers, ("DAC",), f"cycle {number}, the index in the ninth")
@@ -226,10 +238,10 @@ def _driven_again(t: Tester) -> None:
     t.theta, t.zero = -0.5, 20000
     t.command(Command.HOME)
     for moved in (0.0, 0.1, 0.13):
-        t.theta += moved
+        t.move_to(t.theta + moved)
         t.only(bare(t.sync(S.HOMING) + t.measure() + t.reference(valid=0)), ("DAC",))
     t.only(bare(t.sync(S.READY) + t.measure()), (), "a pause")
     for moved in (-0.12, -0.112):
-        t.theta += moved
+        t.move_to(t.theta + moved)
         answers = bare(t.sync(S.HOMING) + t.measure() + t.reference(valid=0))
         t.only(answers, ("DAC",), f"moved by {moved} rad")

@@ -1,17 +1,21 @@
 """Checks 43 to 49: stops, emergency stops, and what leads out of them."""
 
+from typing import Final
+
 from rfms_can.conform.checks.emergencies import emergency, noted, off, register, silent
 from rfms_can.conform.checks.ladder import bare, operational
 from rfms_can.conform.checks.presence import WINDOW
 from rfms_can.conform.samples import flipped
+from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
 from rfms_can.conform.vectors import set_hash
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.nodes import MASTER
-from rfms_can.wire.records import Config, Estop, Nmt, Sync
+from rfms_can.wire.records import Config, Estop, Heartbeat, Nmt, Sync
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 
 S, F, C = NodeState, FaultCode, Command
+LARGEST_TOLD: Final = 1e9
 
 
 def quickstop(t: Tester) -> None:
@@ -246,15 +250,35 @@ def another_dbc(t: Tester) -> None:
 
 
 def second_master(t: Tester) -> None:
-    """A HEARTBEAT with another boot id does not take over from a master that drives."""
+    """A HEARTBEAT with another boot id does not take over from a master that drives: it stops."""
     operational(t)
-    t.give(t.master_beat(0xBEEF))
+    t.only(t.give(t.master_beat()), (), "the master's HEARTBEAT")
+    _is_told(t, t.give(t.master_beat(0xBEEF)), 0xBEEF, t.boot_id)
+    noted(t, S.QUICKSTOP, F.FOREIGN_MASTER)
     before = t.beat().discarded
     t.skip_counter(Nmt, None, WINDOW)
-    t.send(t.frame(Nmt, None, C.QUICKSTOP, 0, 0))
+    t.send(t.frame(Nmt, None, C.RESET, 0, 0))
     t.skip_counter(Nmt, None, -WINDOW - 1)
     t.equal(t.beat().discarded - before, 1, "discarded frames: NMT of a second master")
-    t.only(bare(t.run()), ("ERROR", "DAC"))
+    t.only(t.give(t.master_beat(0xBEEF)), (), "told once")
+    t.sync(S.QUICKSTOP)
+    t.one(t.measure(), "DAC", "the stop")
+    t.only(t.give(t.master_beat()), (), "the first master's HEARTBEAT")
+    noted(t, S.QUICKSTOP, F.FOREIGN_MASTER)
+    # whose RESET was taken is the master
+    operational(t)
+    t.only(t.give(t.master_beat(0xBEEF)), (), "the first HEARTBEAT after RESET")
     noted(t, S.OPERATIONAL)
-    t.give(t.master_beat())
-    t.only(bare(t.run()), ("ERROR", "DAC"))
+    _is_told(t, t.give(t.master_beat()), t.boot_id, 0xBEEF)
+    noted(t, S.QUICKSTOP, F.FOREIGN_MASTER)
+
+
+def _is_told(t: Tester, answers: Answers, boot_id: int, known: int) -> None:
+    """EMCY of a HEARTBEAT; it tells no number beyond 1e9."""
+    emergency(
+        *(t, answers, F.FOREIGN_MASTER),
+        culprit=MASTER,
+        frame=t.codec(Heartbeat, MASTER).id,
+        value=min(boot_id, LARGEST_TOLD),
+        bound=min(known, LARGEST_TOLD),
+    )

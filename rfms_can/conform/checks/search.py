@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from typing import Final
 
 from rfms_can.conform.checks.cycles import BARE
-from rfms_can.conform.checks.emergencies import emergency, noted, off
+from rfms_can.conform.checks.emergencies import FREE, emergency, noted, off
 from rfms_can.conform.checks.ladder import bare
 from rfms_can.conform.talk import Answers
 from rfms_can.conform.tester import Tester
-from rfms_can.wire.nodes import PLANT
 from rfms_can.wire.records import Dac, Measure, Reference
 from rfms_can.wire.vocabulary import Command, FaultCode, NodeState, Parameter
 
@@ -20,9 +19,12 @@ WEAK: Final = {P.TORQUE_LIMIT: 1.0, P.INTEGRAL_LIMIT: 0.5, P.CONTINUOUS_TORQUE: 
 STUCK: Final = {**WEAK, P.STUCK_TIME: 0.03}
 STUCK_CYCLES: Final = 8
 """0.03 s in whole cycles of 4 ms."""
-TIME: Final = {P.HOMING_TIME: 0.11}
+TIME: Final = {**FREE, P.HOMING_TIME: 0.11}
 TIME_CYCLES: Final = 28
+RIGID: Final = (1.0, *[0.0] * 5)
+"""Own element of a rigid law first."""
 EXACT: Final = {
+    **FREE,
     P.COUNTS_PER_UNIT: 8192.0,
     P.INDEX_INTERVAL_COUNTS: 1024.0,
     P.COARSE_PER_CODE: 2.0**-9,
@@ -60,7 +62,7 @@ def _fails(
     off(t, answers)
     emergency(
         *(t, answers, F.HOMING_FAILED),
-        culprit=PLANT,
+        culprit=t.joint,
         frame=t.codec(record, t.joint).id,
         value=value,
         bound=bound,
@@ -108,11 +110,12 @@ def _stands_for_no_fault(t: Tester) -> None:
     _begin(t, {P.STUCK_TIME: 0.03})
     _goes_on(t, STUCK_CYCLES + 6, "standing with torque to spare")
     for gravity in (1.0, -1.0):
-        for part, stands in ((1.0, False), (1.001, True)):
-            _begin(t, {**STUCK, **BARE, P.KP: 0.0})
-            t.rows(1, (*[0.0] * 6, *[0.0] * 6, part * gravity, 1, 0, 0.0, 0, 0))
-            _goes_on(t, STUCK_CYCLES + 1, f"gravity {part} of the limit")
-            t.only(_cycle(t), ("EMCY", "DAC") if stands else ("DAC",), f"{part} of the limit")
+        for viscous, stands in ((0.0, False), (0.0025, True)):
+            _begin(t, {**STUCK, **BARE, P.KP: 0.0, P.VISCOUS: viscous}, -0.9 * gravity)
+            t.rows(1, (*t.own_first(RIGID), *[0.0] * 6, gravity, 1, 0, 0.0, 0, 0))
+            why = f"gravity {gravity}, the limit, and friction {viscous}"
+            _goes_on(t, STUCK_CYCLES + 1, why)
+            t.only(_cycle(t), ("EMCY", "DAC") if stands else ("DAC",), why)
 
 
 def direction(t: Tester) -> None:

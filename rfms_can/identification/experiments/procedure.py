@@ -3,11 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from rfms_can.engine import Processes, run
 from rfms_can.errors import FaultError, JobError
-from rfms_can.identification.compensation_comparison import LAW
+from rfms_can.identification.compensation_comparison import uncompensated
 from rfms_can.identification.experiments.actions import Mark, program_of
 from rfms_can.identification.experiments.data import (
     SUFFIX,
@@ -46,10 +46,6 @@ class Watcher(Protocol):
         """Its data are complete; ``kept``: they are from an earlier run."""
 
 
-UNCOMPENSATED: Final = "none"
-"""Dynamics model of the master during identification."""
-
-
 class Task(NamedTuple):
     """An experiment with its settings and the file of its data."""
 
@@ -69,7 +65,7 @@ def tasks_of(
     """
     tasks = []
     for experiment in plan:
-        own = replace(settings, dynamics=UNCOMPENSATED, calibration="", law=LAW)
+        own = uncompensated(settings)
         if experiment.load and not attach:
             own = replace(own, plant=own.plant + WITH_LOAD)
         path = directory / (experiment.name + SUFFIX)

@@ -305,7 +305,9 @@ class Server:
         fault = self._master.fault
         if fault != self._noted:
             self._noted = fault
-            halted = f"halted: {fault}; reset() of its program, or rfms reset, leads back"
+            culprit = self._master.culprit
+            whom = "" if culprit is None else f"; culprit: {culprit.words}"
+            halted = f"halted: {fault}{whom}; reset() of its program, or rfms reset, leads back"
             self.events.append("reset: the arm is called back" if fault is None else halted)
 
     def _check_kept(self, session: Session) -> None:

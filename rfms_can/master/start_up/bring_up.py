@@ -5,8 +5,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from rfms_can.master.arm_state import ArmState
+from rfms_can.master.fault import Fault
 from rfms_can.master.start_up.configurator import Configurator
-from rfms_can.master.start_up.roster import Roster
+from rfms_can.master.start_up.roster import EXPECTED, Roster
+from rfms_can.messages.culprit import Culprit
 from rfms_can.wire.configuration import plant_hash
 from rfms_can.wire.contract import Wire
 from rfms_can.wire.frame import Frame
@@ -130,6 +132,29 @@ class BringUp:
         silent = ", ".join(NODE_NAMES[n] for n, d in self._dialogues.items() if not d.done)
         return f"no answer to CONFIG from {silent}"
 
+    @property
+    def suspect(self) -> int:
+        """Number of the first node that is waited for; 0 if there is none."""
+        waiting = [n for n in EXPECTED if n not in self.roster.beats]
+        if not self._configuring:
+            waiting += [n for n, b in self.roster.beats.items() if b.state != NodeState.PREOP]
+        waiting += [n for n, d in self._dialogues.items() if d.problem or not d.done]
+        return waiting[0] if waiting else 0
+
+    def fault(self, besides: str = "") -> Fault | None:
+        """Why the bus cannot be brought up, or None.
+
+        Args:
+            besides: what else is known.
+        """
+        if self.problem is None:
+            return None
+        refusing = [n for n, d in self._dialogues.items() if d.problem]
+        node = refusing[0] if refusing else self.suspect
+        message = "CONFIG_ACK" if self._configuring else "HEARTBEAT"
+        frame = f"{message}_{node}" if node else ""
+        return Fault(f"{self.problem}{besides}", Culprit(NODE_NAMES.get(node, ""), frame))
+
     def configure(self, now_ns: int) -> Sequence[Frame]:
         """All are present: open a dialogue with each that does not hold its configuration."""
         self._configuring = True
@@ -153,31 +178,47 @@ class BringUp:
             self.problem = dialogue.problem
         return () if following is None else (following,)
 
-    def hold_to_configuration(self) -> str | None:
+    def hold_to_configuration(self) -> Fault | None:
         """From now on every HEARTBEAT must carry the hash that its node has confirmed.
 
         Returns:
             What is wrong with the last one of a node, or None.
         """
         self.roster.configured = {node: d.hash for node, d in self._dialogues.items()}
-        reasons = (self.roster.misconfigured(node) for node in self._dialogues)
-        return next((reason for reason in reasons if reason is not None), None)
+        for node in self._dialogues:
+            words = self.roster.misconfigured(node)
+            if words is not None:
+                return heartbeat_fault(self.roster, node, words)
+        return None
 
-    def whom_homing_waits_for(self, arm_state: ArmState) -> str:
+    def homing_overdue(self, arm_state: ArmState) -> Fault:
         """Why homing has not ended in its time."""
         late = self.roster.not_in(NodeState.READY)
+        frame = "HEARTBEAT"
         if not late:
             unknown = zip(JOINTS, arm_state.zeros_known, strict=True)
             late = [f"joint {n} (no index in REFERENCE_{n})" for n, known in unknown if not known]
-        return (
+            frame = "REFERENCE"
+        sender = late[0].partition(" (")[0]
+        number = next(n for n, name in NODE_NAMES.items() if name == sender)
+        bound = float(self.homing_cycles)
+        return Fault(
             f"not READY after {self.homing_cycles} cycles of homing: {', '.join(late)}; each node "
-            f"must home, or tell HOMING_FAILED, within its HOMING_TIME"
+            f"must home, or tell HOMING_FAILED, within its HOMING_TIME",
+            Culprit(sender, f"{frame}_{number}", None, bound + 1.0, bound),
         )
 
     @property
     def configured(self) -> bool:
         """Whether every node has confirmed its configuration."""
         return all(dialogue.done for dialogue in self._dialogues.values())
+
+
+def heartbeat_fault(roster: Roster, node: int, words: str) -> Fault:
+    """What is wrong with a node's last heartbeat."""
+    value, bound = roster.numbers(node)
+    frame = f"HEARTBEAT_{node}"
+    return Fault(words, Culprit(NODE_NAMES[node], frame, None, value, bound))
 
 
 def _homing_cycles(parameters: Mapping[int, Mapping[Parameter, float]]) -> int:

@@ -17,7 +17,13 @@ from rfms_can.dynamics.model import NONE
 from rfms_can.dynamics.rigid_body import ArmDynamics
 from rfms_can.master.settings import MasterSettings
 from rfms_can.master.trajectory.braking import STOPPING_FRACTION
-from rfms_can.wire.configuration import Clock, DhRow, Kinematics, geometry_values
+from rfms_can.wire.configuration import (
+    PARAMETERS,
+    Clock,
+    DhRow,
+    Kinematics,
+    geometry_values,
+)
 from rfms_can.wire.nodes import GRIPPER, JOINTS, PLANT
 from rfms_can.wire.vocabulary import Parameter
 
@@ -41,17 +47,26 @@ DITHER_PERIODS_S: Final = (0.016, 0.024, 0.040, 0.024, 0.016, 0.040)
 of a millimetre. They differ, so that each pair of joints is free to move the same way and opposite
 ways in turn: with one period for all a peg can not turn in its hole, which takes both."""
 
-# Bounds of detectors; wire/configuration.py lists those that no node acts on yet (LATER).
+# Bounds of the detectors (docs/node-detectors.md); docs/soak.md has what sound runs come to.
 FOLLOWING_ERROR_RAD: Final = 0.2
-OVERSPEED_FRACTION: Final = 1.5
-"""Measured speed over the speed limit."""
-TACHOMETER_FRACTION: Final = 0.5
-"""Difference of tachometer and encoder over the speed limit."""
+OVERSPEED_FRACTION: Final = 1.25
+"""Measured speed over the speed limit; what catches up with a moving goal may do 1.05."""
+TACHOMETER_FRACTION: Final = 0.25
+"""Difference of tachometer and encoder over the speed limit that is found in three cycles."""
 CONTINUOUS_FRACTION: Final = 0.6
 """Torque that a motor bears for ever over the torque limit."""
 OVERLOAD_S: Final = 5.0
+"""How long the torque limit may be asked for; a motor's winding has a time constant of a minute."""
 STALL_S: Final = 0.5
 STUCK_CYCLES: Final = 25
+CURRENT_TOLERANCE: Final = 0.035
+"""Of the current that is driven against what the DACs ask, over full scale: offset of an amplifier
+(60 codes) and of a converter (11), before they are identified."""
+RATE_ERROR_LIMIT: Final = 0.2
+"""Error of a rigid joint's speed that lasts, over the speed limit, at ``NATURAL_FREQUENCY``: 0.12
+is the most that sound joints leave, at full speed with friction half as much again as known."""
+UNMODELLED_RATE_ERROR: Final = 2.0
+"""The same of servos that compensate nothing, over that: identification leaves 0.25."""
 HOMING_MARGIN: Final = 4.0
 """Time limit of homing over the time to pass two indexes."""
 GRIPPER_HOMING_S: Final = 5.0
@@ -118,6 +133,8 @@ def joint_parameters(
             Parameter.OVERLOAD_TIME: OVERLOAD_S,
             Parameter.STALL_TIME: STALL_S,
             Parameter.STUCK_TIME: STUCK_CYCLES * period_s,
+            Parameter.CURRENT_TOLERANCE: CURRENT_TOLERANCE,
+            Parameter.RATE_ERROR_LIMIT: _rate_error_limit(natural),
             Parameter.HOMING_TIME: HOMING_MARGIN * _index_travel_s(drive, arm.speed_limits[i]),
             **geometry,
         }
@@ -145,6 +162,12 @@ def bus_parameters(clock: Clock, barrier_s: float) -> Parameters:
         Parameter.BARRIER: barrier_s,
         Parameter.SENSOR_SOURCE: float(PLANT),
     }
+
+
+def _rate_error_limit(natural: float, factor: float = 1.0) -> float:
+    """RATE_ERROR_LIMIT of a servo of a natural frequency, rad/s: a softer one leaves more."""
+    softness = NATURAL_FREQUENCY / natural
+    return min(PARAMETERS[Parameter.RATE_ERROR_LIMIT].high, RATE_ERROR_LIMIT * factor * softness)
 
 
 def _index_travel_s(drive: Drive, speed_limit: float) -> float:
@@ -182,6 +205,10 @@ def all_parameters(
     if not compensated:
         for joint in JOINTS:
             nodes[joint].update(dict.fromkeys(_FRICTION, 0.0))
+            natural = nodes[joint][Parameter.NATURAL_FREQUENCY]
+            nodes[joint][Parameter.RATE_ERROR_LIMIT] = _rate_error_limit(
+                natural, UNMODELLED_RATE_ERROR
+            )
     nodes[GRIPPER] = gripper_parameters(arm, period_s)
     for parameters in nodes.values():
         parameters.update(bus_parameters(clock, barrier_s))

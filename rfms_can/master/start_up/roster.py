@@ -63,6 +63,19 @@ class Roster:
             return f"{name} restarted while the bus was up (boot id {beat.boot_id:#x}); reset"
         return self.misconfigured(node)
 
+    def numbers(self, node: int) -> tuple[float, float | None]:
+        """Of what is wrong with a node's last heartbeat, the number that it tells and its bound."""
+        beat, confirmed = self.beats[node], self.configured.get(node)
+        if beat.dbc_hash != self._dbc_hash:
+            return beat.dbc_hash, self._dbc_hash
+        if node == PLANT and beat.config_hash not in (0, self._plant):
+            return beat.config_hash, self._plant
+        if self._boots[node] != beat.boot_id:
+            return beat.boot_id, self._boots[node]
+        if confirmed is not None and beat.config_hash != confirmed:
+            return beat.config_hash, confirmed
+        return beat.state, None
+
     def misconfigured(self, node: int) -> str | None:
         """Why the configuration a node tells of is not the one it has confirmed; None if it is."""
         expected, beat = self.configured.get(node), self.beats.get(node)
