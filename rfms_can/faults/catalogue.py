@@ -170,7 +170,8 @@ INJECTORS: Final[dict[str, Injector]] = {
     "freeze_encoder": _board(boards.frozen_encoder, "the encoder shows one angle for ever"),
     "freeze_tachometer": _board(boards.frozen_tachometer, "the velocity ADC shows one speed"),
     "freeze_error": _tap(
-        *(JOINT, "ERROR tells one error for ever"), nodes.same_values(JointError, ("cycle",))
+        *(JOINT, "ERROR tells one error for ever"),
+        nodes.same_values(JointError, ("cycle",), nodes.other_error),
     ),
     "freeze_dac": _tap(
         *(JOINT, "DAC tells one torque for ever"),

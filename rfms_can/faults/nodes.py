@@ -8,6 +8,7 @@ from rfms_can.faults.context import Context
 from rfms_can.faults.forge import COUNTER
 from rfms_can.faults.frames import identifier
 from rfms_can.faults.tap import Tamper, Tap
+from rfms_can.plant.faulty_board import ENCODER_FLOOR
 from rfms_can.wire.frame import Frame
 from rfms_can.wire.records import Heartbeat, JointError, Setpoint
 
@@ -93,6 +94,13 @@ def other_torque(context: Context, frame: Frame, changed: Frame) -> bool:
     before, after = context.forge.read(frame), context.forge.read(changed)
     difference: int = after.current_dac - before.current_dac
     return abs(difference) > context.torque_floor
+
+
+def other_error(context: Context, frame: Frame, changed: Frame) -> bool:
+    """Whether a change of ERROR matters: an encoder's counts hunt by as much."""
+    before, after = context.forge.read(frame), context.forge.read(changed)
+    counts = context.counts(after.error) - context.counts(before.error)
+    return abs(counts) > ENCODER_FLOOR
 
 
 def _changing(

@@ -18,6 +18,9 @@ ENCODER_FLOOR: Final = 2
 count either way."""
 ADC_FLOOR: Final = 8
 """The same of an ADC, codes: over four standard deviations of the noisiest board we model."""
+TACHOMETER_FLOOR: Final = (0.02 * 2048 / 1.5, 0.05)
+"""The same of a tachometer: codes, a fiftieth of the joint's speed limit, and part of the speed. A
+twentieth of the speed and a hundredth of the limit is what a sound one may be off."""
 TORQUE_FLOOR_CODES: Final = 92
 """The least floor of an amplifier, codes of the motor-current DAC: its offset before it has been
 identified (60), and what its sensor is off by."""
@@ -118,7 +121,8 @@ class FaultyBoard:
         self._age += 1
         self._compare(counts - sound[0], ENCODER_FLOOR)
         self._compare(current - sound[1], ADC_FLOOR)
-        self._compare(velocity - sound[2], ADC_FLOOR)
+        offset, gain = TACHOMETER_FLOOR
+        self._compare(velocity - sound[2], offset + gain * abs(sound[2]))
         return counts, current, velocity, sound[3]
 
     def coarse(self, q: float) -> int:
@@ -128,7 +132,7 @@ class FaultyBoard:
         self._compare(code - sound, ADC_FLOOR)
         return code
 
-    def _compare(self, difference: int, floor: int) -> None:
+    def _compare(self, difference: float, floor: float) -> None:
         if abs(difference) > floor:
             self._on_effect()
 

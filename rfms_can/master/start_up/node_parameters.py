@@ -51,8 +51,9 @@ ways in turn: with one period for all a peg can not turn in its hole, which take
 FOLLOWING_ERROR_RAD: Final = 0.2
 OVERSPEED_FRACTION: Final = 1.25
 """Measured speed over the speed limit; what catches up with a moving goal may do 1.05."""
-TACHOMETER_FRACTION: Final = 0.25
-"""Difference of tachometer and encoder over the speed limit that is found in three cycles."""
+TACHOMETER_FRACTION: Final = 0.08
+"""Difference of tachometer and encoder over the speed limit, beyond what a sound tachometer may be
+off, that is found in three cycles: a hundredth of the limit is found in 25."""
 CONTINUOUS_FRACTION: Final = 0.6
 """Torque that a motor bears for ever over the torque limit."""
 OVERLOAD_S: Final = 5.0
