@@ -210,10 +210,14 @@ def test_committed_results_are_read_and_written_as_they_are(file: Path, tmp_path
     conditions, results = kind.read(file)
     again = tmp_path / file.name
     kind.write(again, conditions, results)
-    assert len(results) >= 100
+    assert len(results) >= FEWER.get(file.stem, 100)
     assert list(map(json.loads, again.read_bytes().splitlines())) == list(
         map(json.loads, file.read_bytes().splitlines())
     )
+
+
+FEWER = {"faults_hub": 13, "soak": 50}
+"""Campaigns of which each result takes long."""
 
 
 def kinds() -> dict[str, Any]:
@@ -224,6 +228,7 @@ def kinds() -> dict[str, Any]:
     import random_programs.refusals
     import random_programs.results
     import servoing.results
+    import soak.results
 
     import rfms_can.analysis.campaign.results
     import rfms_can.faults.results
@@ -231,6 +236,7 @@ def kinds() -> dict[str, Any]:
     return {
         "corner_campaign": corners.results.FILE,
         "faults": rfms_can.faults.results.RESULTS,
+        "faults_hub": rfms_can.faults.results.RESULTS,
         "link_campaign": link_campaign.FILE,
         "mutant_campaign": node_mutants.results.SUITE,
         "mutant_held_out": node_mutants.results.SUITE,
@@ -240,6 +246,7 @@ def kinds() -> dict[str, Any]:
         "program_campaign": random_programs.results.FILE,
         "refusal_campaign": random_programs.refusals.FILE,
         "servoing_campaign": servoing.results.FILE,
+        "soak": soak.results.FILE,
     }
 
 
