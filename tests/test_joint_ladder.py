@@ -68,7 +68,7 @@ def test_the_fifth_missing_sync_damps_with_a_capped_torque(wire: Wire) -> None:
 
 
 def test_a_damped_joint_that_leaves_its_range_goes_off(wire: Wire) -> None:
-    bench = JointBench(wire)
+    bench = JointBench(wire, changes={Parameter.TACHOMETER_LIMIT: 1.0})  # it is thrown at once
     end = bench.arm.joint_limits[bench.index][1]
     bench.q[bench.index] = end
     bench.enable()

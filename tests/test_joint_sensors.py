@@ -144,8 +144,9 @@ def test_sensors_that_contradict_each_other_end_torque(
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_tachometer_that_sticks_is_found_when_the_joint_slows_down(
-    bench: JointBench, sign: float
+    wire: Wire, sign: float
 ) -> None:
+    bench = JointBench(wire, changes={Parameter.TACHOMETER_LIMIT: 0.25 * FASTEST}).enable()
     bench.reach(sign * 0.2 * FASTEST)
     bench.run(30)
     code = bench.speed_code()
@@ -179,7 +180,7 @@ def test_a_tachometer_five_per_cent_off_is_none_of_it(wire: Wire, gain: float) -
 def test_what_was_summed_is_forgotten_while_the_joint_is_braked(
     bench: JointBench, rests: bool
 ) -> None:
-    wrong = {"speed": 0.25 * FASTEST}
+    wrong = {"speed": 0.1 * FASTEST}
     for _ in range(2):
         for _ in range(3):
             cycle(bench, lambda: bench.measure(**wrong))  # type: ignore[arg-type]
