@@ -12,6 +12,7 @@ import draw_link
 import draw_link_campaign
 import draw_mutants
 import draw_programs
+import draw_safety_mutants
 import draw_servoing
 import draw_states
 import draw_wire
@@ -34,7 +35,10 @@ from rfms_can.wire.codec import load_database
         ("draw_link_campaign.py", "link-campaign.md", draw_link_campaign.render),
         *[
             (name, file, render)
-            for pages in (draw_programs.PAGES, draw_mutants.PAGES, draw_faults.PAGES)
+            for pages in (
+                *(draw_programs.PAGES, draw_mutants.PAGES, draw_faults.PAGES),
+                draw_safety_mutants.PAGES,
+            )
             for file, sections in pages.items()
             for name, render in sections.items()
         ],
