@@ -30,7 +30,7 @@ CORE: Final[dict[str, tuple[str, ...]]] = {
     "joint_nodes/state_actions.py": ("test_safety_tables", "test_joint_state_actions"),
     "joint_nodes/stop_ramp.py": (
         *("test_joint_stop_ramp", "test_joint_stop", "test_joint_guards", "test_safety_tables"),
-        "test_joint_bounds",
+        *("test_joint_bounds", "test_safety_stop"),
     ),
     "joint_nodes/motion_watch.py": (
         *("test_joint_drive", "test_joint_runaway", "test_joint_stop", "test_safety_detectors"),
