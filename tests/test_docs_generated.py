@@ -12,6 +12,7 @@ import draw_link
 import draw_link_campaign
 import draw_mutants
 import draw_programs
+import draw_safety_mutants
 import draw_servoing
 import draw_soak
 import draw_states
@@ -36,10 +37,8 @@ from rfms_can.wire.codec import load_database
         *[
             (name, file, render)
             for pages in (
-                draw_programs.PAGES,
-                draw_mutants.PAGES,
-                draw_faults.PAGES,
-                draw_soak.PAGES,
+                *(draw_programs.PAGES, draw_mutants.PAGES, draw_faults.PAGES, draw_soak.PAGES),
+                draw_safety_mutants.PAGES,
             )
             for file, sections in pages.items()
             for name, render in sections.items()

@@ -9,7 +9,13 @@ from support.joint_bench import JointBench
 from rfms_can.errors import TableError
 from rfms_can.joint_nodes.ladder import Reaction
 from rfms_can.joint_nodes.servo import LAW_TORQUES
-from rfms_can.joint_nodes.state_actions import ROWS, STATE_ACTIONS, TorqueSource, by_case
+from rfms_can.joint_nodes.state_actions import (
+    ROWS,
+    STATE_ACTIONS,
+    StateAction,
+    TorqueSource,
+    by_case,
+)
 from rfms_can.tables import complete
 from rfms_can.wire.contract import ESTOP_VALUES, Wire
 from rfms_can.wire.records import Estop
@@ -42,6 +48,11 @@ def test_a_table_that_lacks_a_row_names_a_case_of_it(row: int) -> None:
 def test_a_case_with_two_actions_is_named() -> None:
     with pytest.raises(TableError, match="two actions for INIT, NONE, SYNC INIT"):
         by_case((*ROWS, ROWS[0]))
+
+
+def test_an_action_does_nothing_that_its_row_does_not_say() -> None:
+    action = StateAction(T.NOTHING)
+    assert action[1:] == (False,) * (len(StateAction._fields) - 1)
 
 
 def test_torque_without_the_six_errors_is_homing_or_stopping() -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from node_mutants import in_runs, table, trial
+from node_mutants.apart import apart
 from node_mutants.hand import BY_HAND, by_hand
 from node_mutants.loading import joint_of
 from node_mutants.mutant import Mutant
@@ -12,7 +13,7 @@ from node_mutants.operators import OPERATORS
 from node_mutants.population import FILES, NOT_OF_A_JOINT, mutants_of, population, sample
 from node_mutants.results import KEPT, KEPT_RUNS, read, read_runs
 from node_mutants.survivors import EQUIVALENT, GAP, MISSED, SURVIVED_FOR
-from node_mutants.trial import KILLED, RAISED, TIMEOUT, Fate, apart, fate_of
+from node_mutants.trial import KILLED, RAISED, TIMEOUT, Fate, fate_of
 
 from rfms_can.joint_nodes.joint import JointNode
 from rfms_can.wire.protection import Receiver

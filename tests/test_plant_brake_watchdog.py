@@ -109,3 +109,13 @@ def test_all_brakes_close_at_once_and_open_one_by_one(brakes: BrakeWatchdog) -> 
     assert closed(brakes) == ALL
     brakes.end_cycle([False, True, False, False], driven=True)
     assert closed(brakes) == [True, False, True, True]
+
+
+def test_silence_counts_from_nothing_at_power_up_and_after_start() -> None:
+    for begin in (lambda brakes: None, BrakeWatchdog.start):
+        brakes, silence = BrakeWatchdog(BOARDS, 3), [False, True, True, True]
+        brakes.end_cycle(silence, driven=True)
+        brakes.end_cycle(ALL, driven=True)
+        begin(brakes)
+        closing = [brakes.end_cycle(silence, driven=True) for _ in range(SILENT_CYCLES)]
+        assert closing == [[]] * (SILENT_CYCLES - 1) + [[0]]

@@ -109,6 +109,12 @@ def run_conformance() -> Outcome:
     return run("conformance", [str(BIN / "rfms"), *words])
 
 
+def run_safety_mutants() -> Outcome:
+    """Mutants of what has changed in the safety core since the committed table of them."""
+    words = [sys.executable, "tools/safety_campaign.py", "--changed", "--workers", WORKERS]
+    return run("safety mutants", words)
+
+
 def vcan_tests() -> list[str]:
     """Node ids of the tests marked ``vcan``, collected here because it is slow inside."""
     done = subprocess.run(
@@ -178,6 +184,7 @@ def main() -> int:
             stale.unlink()
         outcomes += [run_pytest(name, arguments) for name, arguments in TESTS.items()]
         outcomes.append(run_conformance())
+        outcomes.append(run_safety_mutants())
         outcomes.append(run_on_vcan0(os.environ.get("RFMS_REQUIRE_VCAN") == "1"))
     return 0 if summarise(outcomes) else 1
 

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from node_mutants.apart import apart
 from node_mutants.loading import MakeJoint, joint_of
 from node_mutants.mutant import Mutant
-from node_mutants.trial import apart
 from rfms_can.errors import RfmsError
 from rfms_can.master.phases import Phase
 from rfms_can.node.protocol import NOTHING

@@ -36,13 +36,16 @@ class _Loader(SourceFileLoader):
         return compile(self._mutant.source, self.path, "exec")
 
 
-class _Finder(importlib.abc.MetaPathFinder):
+class Finder(importlib.abc.MetaPathFinder):
+    """Loads a mutant where its module is imported."""
+
     def __init__(self, mutant: Mutant) -> None:
         self._mutant = mutant
 
     def find_spec(
         self, fullname: str, _path: Sequence[str] | None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        """The mutant, if the module is its own."""
         if fullname != self._mutant.module:
             return None
         return importlib.util.spec_from_loader(fullname, _Loader(self._mutant))
@@ -75,7 +78,7 @@ def joint_of(mutant: Mutant | None) -> MakeJoint:
     Raises:
         Exception: whatever the mutant raises where it is imported.
     """
-    finder = None if mutant is None else _Finder(mutant)
+    finder = None if mutant is None else Finder(mutant)
     with _apart():
         if finder is not None:
             sys.meta_path.insert(0, finder)

@@ -18,6 +18,8 @@ class Change(NamedTuple):
 
 
 Changes = Iterator[Change]
+Operator = Callable[[ast.AST], Changes]
+"""Replacements of a node of the tree, or of a part of it."""
 
 _ARITHMETIC: Final[dict[type[ast.AST], type[ast.AST]]] = {
     ast.Add: ast.Sub,
@@ -158,7 +160,7 @@ def off_by_one(node: ast.AST) -> Changes:
         yield Change(end, f"{_text(end)} + 1")
 
 
-OPERATORS: Final[dict[str, Callable[[ast.AST], Changes]]] = {
+OPERATORS: Final[dict[str, Operator]] = {
     "arithmetic": arithmetic,
     "sign": sign,
     "comparison": comparison,

@@ -3,12 +3,12 @@
 import ast
 import hashlib
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Set
 from functools import cache
 from typing import Final
 
 from node_mutants.mutant import Mutant, source_of
-from node_mutants.operators import OPERATORS
+from node_mutants.operators import OPERATORS, Operator
 
 SEED: Final = 1986
 SAMPLE: Final = 300
@@ -79,8 +79,18 @@ def fingerprint() -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def mutants_of(file: str) -> Iterator[Mutant]:
-    """The mutants of one file."""
+def mutants_of(
+    file: str, left_out: Set[str] | None = None, operators: Mapping[str, Operator] = OPERATORS
+) -> Iterator[Mutant]:
+    """The mutants of one file.
+
+    Args:
+        file: under ``rfms_can/``.
+        left_out: functions and classes that have none; without it those of ``NOT_OF_A_JOINT``.
+        operators: that make them, by name.
+    """
+    if left_out is None:
+        left_out = NOT_OF_A_JOINT.get(file, set())
     source = source_of(file)
     starts = [0]
     for line in source.splitlines(keepends=True):
@@ -91,8 +101,8 @@ def mutants_of(file: str) -> Iterator[Mutant]:
         return starts[line - 1] + len(text.encode()[:column].decode())
 
     made: set[tuple[int, str, str]] = set()
-    for node in _code(ast.parse(source), NOT_OF_A_JOINT.get(file, set())):
-        for kind, operator in OPERATORS.items():
+    for node in _code(ast.parse(source), left_out):
+        for kind, operator in operators.items():
             for at, after in operator(node):
                 assert isinstance(at, ast.expr | ast.stmt)
                 assert at.end_lineno is not None and at.end_col_offset is not None
@@ -110,7 +120,7 @@ def _fitted(at: ast.expr | ast.stmt, after: str) -> str:
     return f"({after})" if isinstance(at, ast.expr) else after
 
 
-def _code(node: ast.AST, left_out: set[str]) -> Iterator[ast.AST]:
+def _code(node: ast.AST, left_out: Set[str]) -> Iterator[ast.AST]:
     """What a node computes with: no annotations, no messages of errors, no ``__slots__``."""
     yield node
     for field, value in ast.iter_fields(node):
@@ -121,7 +131,7 @@ def _code(node: ast.AST, left_out: set[str]) -> Iterator[ast.AST]:
                 yield from _code(child, left_out)
 
 
-def _is_left_out(node: ast.AST, names: set[str]) -> bool:
+def _is_left_out(node: ast.AST, names: Set[str]) -> bool:
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         return node.name in names
     if isinstance(node, ast.Assign | ast.AnnAssign):

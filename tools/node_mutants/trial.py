@@ -1,14 +1,10 @@
 """A mutant against the conformance suite, in a process of its own, which may hang or raise."""
 
-import gc
-import os
-import pickle
-import resource
-import signal
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cache
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, NamedTuple
 
+from node_mutants.apart import apart
 from node_mutants.loading import joint_of
 from node_mutants.mutant import Mutant
 from rfms_can.conform.lines import PumpedLine
@@ -48,8 +44,6 @@ KILLED: Final = "killed"
 RAISED: Final = "raised"
 TIMEOUT: Final = "timeout"
 SURVIVED: Final = "survived"
-
-Answer = TypeVar("Answer")
 
 
 class Fate(NamedTuple):
@@ -106,41 +100,7 @@ def _asked(mutant: Mutant | None) -> Iterable[tuple[int, list[Check]]]:
         yield joint, some
 
 
-def apart(call: Callable[[], Answer], cpu_s: int = CPU_S) -> Answer | None:
-    """``call`` in a process of its own; None if it has used up ``cpu_s`` of processor time.
-
-    By ``os.fork``: the workers of a cluster are daemons, which multiprocessing gives no children.
-    """
-    reader, writer = os.pipe()
-    child = os.fork()
-    if child == 0:
-        try:
-            os.close(reader)
-            _answer(writer, call, cpu_s)
-        finally:
-            os._exit(1)
-    os.close(writer)
-    with os.fdopen(reader, "rb") as pipe:
-        answer = pipe.read()
-    os.waitpid(child, 0)
-    try:
-        made: Answer = pickle.loads(answer)
-    except (EOFError, pickle.UnpicklingError):
-        return None
-    return made
-
-
-def _answer(writer: int, call: Callable[[], Answer], cpu_s: int) -> None:
-    gc.disable()  # the parent's objects are not to be copied
-    resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
-    signal.signal(signal.SIGXCPU, lambda *_: os._exit(1))
-    memory = 4 << 30
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    with os.fdopen(writer, "wb") as pipe:
-        pipe.write(pickle.dumps(call()))
-
-
 def fate_of(mutant: Mutant | None) -> Fate:
     """What becomes of a mutant in a process of its own."""
     _tester_parts()  # made once, before there are children
-    return apart(lambda: examine(mutant)) or Fate(TIMEOUT)
+    return apart(lambda: examine(mutant), CPU_S) or Fate(TIMEOUT)
