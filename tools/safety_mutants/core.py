@@ -20,7 +20,7 @@ _OF_A_JOINT: Final = (
 """A joint node by itself on a bench: what it hears, what it answers, when it stops."""
 _OF_ITS_LIFE: Final = (
     *("test_joint_configuration", "test_joint_homing", "test_joint_ladder", "test_joint_states"),
-    *("test_port_counts", "test_safety_boots", "test_joint_controller", "test_joint_robustness"),
+    *("test_safety_boots", "test_safety_edges", "test_joint_controller", "test_joint_robustness"),
 )
 """Its bring-up, its states, and random lives of it."""
 
@@ -55,10 +55,10 @@ CORE: Final[dict[str, tuple[str, ...]]] = {
         *("test_joint_implausible_rows", "test_safety_tables", "test_safety_detectors"),
     ),
     "joint_nodes/detectors/runaway.py": (
-        *("test_joint_runaway", "test_safety_tables", "test_joint_guards"),
+        *("test_joint_runaway", "test_safety_tables", "test_joint_guards", "test_safety_edges"),
     ),
     "joint_nodes/detectors/sensors.py": (
-        *("test_joint_sensors", "test_safety_tables", "test_safety_detectors"),
+        *("test_joint_sensors", "test_safety_tables", "test_safety_detectors", "test_safety_edges"),
     ),
     "joint_nodes/detectors/setpoint_step.py": (
         *("test_joint_bounds", "test_joint_told", "test_safety_tables", "test_joint_guards"),
@@ -69,7 +69,7 @@ CORE: Final[dict[str, tuple[str, ...]]] = {
         *("test_joint_controller", "test_joint_compliance", "test_joint_homing"),
         "test_joint_robustness",
     ),
-    "joint_nodes/field_node.py": (*_OF_A_JOINT, *_OF_ITS_LIFE),
+    "joint_nodes/field_node.py": (*_OF_A_JOINT, *_OF_ITS_LIFE, "test_port_counts"),
     "joint_nodes/inputs.py": (*_OF_A_JOINT, "test_joint_compliance"),
     "joint_nodes/joint.py": (*_OF_A_JOINT, "test_joint_compliance", "test_joint_robustness"),
     "kinematics/limits.py": (
@@ -82,12 +82,14 @@ CORE: Final[dict[str, tuple[str, ...]]] = {
     "master/own_frames.py": ("test_master_watches", "test_safety_blame", "test_safety_tables"),
     "master/traffic.py": ("test_master_watches", "test_safety_blame", "test_safety_tables"),
     "master/verification.py": (
-        *("test_safety_counts", "test_verification_named"),
+        *("test_safety_counts", "test_verification_named", "test_safety_edges"),
         "test_master_verification",
     ),
     "node/encoder_reference.py": ("test_joint_homing", "test_gripper_node"),
-    "node/endpoint.py": (*_OF_A_JOINT, *_OF_ITS_LIFE, "test_plant_node"),
-    "node/port_counts.py": ("test_safety_counts", "test_safety_tables", "test_port_counts"),
+    "node/endpoint.py": (*_OF_A_JOINT, *_OF_ITS_LIFE, "test_port_counts", "test_plant_node"),
+    "node/port_counts.py": (
+        *("test_safety_counts", "test_safety_tables", "test_safety_edges", "test_port_counts"),
+    ),
     "plant/board.py": ("test_plant_board", "test_safety_counts"),
     "plant/brake_watchdog.py": ("test_plant_brake_watchdog", "test_joint_guards"),
     "wire/codec.py": (

@@ -12,6 +12,8 @@ SAME_FOR: Final[dict[str, tuple[str, ...]]] = {
         "master/verification.py following_bounds swap (min(max(LEAST * softness, bound), most) "
         "#9a7d67da",
         "node/endpoint.py Endpoint._beat swap (min(_MAX_U16, self.discarded)) #49d2a27a",
+        "joint_nodes/stop_ramp.py StopPlan.ramp swap (min(position - theta, far)) #f5bb7076",
+        "plant/board.py Board.set_dacs swap (min(FORCE_DAC_FINENESS * HIGHEST_CODE,  #91ddad04",
     ),
     "the larger of two is the same in any order": (
         "plant/board.py Board.set_dacs swap (max(LOWEST_CODE, current_code)) #ecc53e5b",
@@ -19,6 +21,32 @@ SAME_FOR: Final[dict[str, tuple[str, ...]]] = {
     "a shortcut: what it does not let pass is judged whole, and found well": (
         "master/verification.py Verification.check comparison (-AGREEMENT <= off - error > "
         "AGREEMENT) #db1f3625",
+        "master/verification.py Verification.check boundary (-bound <= real < bound) #81df00ef",
+    ),
+    "the long way to the same: a frame that follows directly is one step ahead": (
+        "wire/protection.py Receiver.take branch (False) #7e35ed8c",
+        "wire/protection.py Receiver._is_taken_up constant (1) #4ac51e87",
+    ),
+    "no counter is any of these numbers": (
+        "wire/protection.py Receiver.reset constant (2) #ac3d413f",
+    ),
+    "asked only where the controller drives": (
+        "joint_nodes/joint.py JointNode._drop branch (True) #d881287b",
+    ),
+    "not read before five DACs have taken its place": (
+        "joint_nodes/detectors/drive.py AmplifierWatch.__init__ constant (1.0) #47760f19",
+    ),
+    "each SYNC sets it before it is asked": (
+        "master/lateness.py Lateness.forget constant (1) #f89a6143",
+    ),
+    "a difference without its sign": (
+        "master/verification.py Verification._straying swap (zip(measured, goals, strict=True)) "
+        "#b85c76d8",
+    ),
+    "the same float32": ("joint_nodes/field_node.py module constant (1000000001.0) #3dbcf0b0",),
+    "the next line gives SYNC another handler": (
+        "joint_nodes/field_node.py FieldNode.__init__ swap (self._hears(Sync, self._on_sync, "
+        "None)) #64206644",
     ),
     "a step does only what the frames so far allow, however often it is asked": (
         "joint_nodes/joint.py JointNode._on_error negation ((inputs.heard == ALL_ERRORS or "
@@ -52,19 +80,29 @@ SAME_FOR: Final[dict[str, tuple[str, ...]]] = {
     "set by the first frame, before any takes it up": (
         "wire/protection.py Decoder.__init__ member (Refusal.CRC) #4abaf65c",
     ),
-    "each sample sets them, and homing the angle, before they are asked": (
-        "joint_nodes/controller.py JointController.__init__ constant (1.0) #4e564573",
+    "the first step of homing does so too": (
+        "joint_nodes/controller.py JointController._begin_homing deletion pass #e0d6ed34",
     ),
 }
 """Equivalents: what they have in common, and their names."""
 
 GAPS: Final[dict[str, tuple[str, ...]]] = {
+    "which way the error of a simulated potentiometer goes is the plant's choice": (
+        "plant/board.py Board.coarse arithmetic (q - error) #fdf03c4a",
+    ),
+    "no test brings a stray again when as many frames have come since as there are counters": (
+        "wire/protection.py Receiver._ends_a_row constant (1) #fd2c570a",
+    ),
+    "no test asks who is to blame for the end of the range after a stop and another START": (
+        "joint_nodes/controller.py JointController._commanded negation ((ramp is not None or "
+        "self.action.torque #0905943f",
+    ),
+    "no test steps SYNC by half of all its numbers, to a joint that is not driven": (
+        "joint_nodes/controller.py JointController._gap boundary (ahead <= LAST_CYCLE // 2) "
+        "#c3fa080a",
+    ),
     "a default that the master alone uses: its own tests ask, those of a node do not": (
         "node/endpoint.py Endpoint._beat constant ((-1)) #cb6e4297",
-    ),
-    "no test begins a stop in motion at the last count of the range": (
-        "joint_nodes/controller.py JointController.__init__ constant (2.0) #071654c8",
-        "joint_nodes/controller.py JointController.__init__ constant (0.0) #cb62da4a",
     ),
 }
 """Survivors that do something else, and that no test of the file asks: why."""
