@@ -227,6 +227,7 @@ def kinds() -> dict[str, Any]:
     import node_mutants.results
     import random_programs.refusals
     import random_programs.results
+    import safety_mutants.results
     import servoing.results
     import soak.results
 
@@ -245,6 +246,7 @@ def kinds() -> dict[str, Any]:
         "program_bus_campaign": random_programs.results.FILE,
         "program_campaign": random_programs.results.FILE,
         "refusal_campaign": random_programs.refusals.FILE,
+        "safety_mutants": safety_mutants.results.SAFETY,
         "servoing_campaign": servoing.results.FILE,
         "soak": soak.results.FILE,
     }
