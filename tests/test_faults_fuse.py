@@ -119,7 +119,7 @@ def test_where_a_motor_may_be_it_must_be_allowed(rfms: Rfms) -> None:
     [
         ("freeze_error:2@30", r"joint 2: ERROR_2 tells"),
         ("freeze_encoder:1@30", r"joint 1: SENSOR_MISMATCH"),
-        ("nan_setpoint@30", r"master: SETPOINT_1 is answered by no joint|SETPOINT_MISSING"),
+        ("nan_setpoint@30", r"BAD_FRAMES \(3, bound 10\): SETPOINT_1 of master|SETPOINT_MISSING"),
     ],
 )
 def test_a_fault_inside_a_process_ends_a_run_on_a_hub(
