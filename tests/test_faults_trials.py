@@ -163,13 +163,25 @@ def test_a_line_past_a_straight_wrist_is_slowed_or_refused(arm: str) -> None:
     assert 0.9 < slow.facts.speed <= 1.0, "as fast as the joints allow, no faster"
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="row 29 is not met: joint 4 counts FOLLOWING_ERROR first, by a rate that overshoots",
+)
 @pytest.mark.parametrize("arm", ARMS)
-def test_a_goal_that_leads_into_a_straight_wrist_is_stopped_short_of(arm: str) -> None:
-    """Not as it should be yet, which docs/faults.md tells: late, and joint 4 is told to lag."""
+def test_a_goal_that_leads_into_a_straight_wrist_is_named_and_stopped_short_of(arm: str) -> None:
     (led,) = results([Trial(29, "lead_singular", arm, 0)])
     facts = led.facts
     assert facts is not None
-    assert (led.reaction, facts.named, facts.exit_code) == ("R4", "joint 4", 1)
-    assert "FOLLOWING_ERROR" in facts.told
-    assert facts.rest is not None and not facts.contact
-    assert facts.speed < 1.35, "more than the limit"
+    assert (led.reaction, led.culprit_ok, facts.exit_code) == ("R2", True, 1)
+    assert "reference 'part' leads there" in facts.told
+    assert facts.rest is not None
+    assert facts.speed < 1.35, "more than the limit, which docs/faults.md tells"
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_an_arm_that_is_led_into_a_straight_wrist_is_safe_all_the_same(arm: str) -> None:
+    (led,) = results([Trial(29, "lead_singular", arm, 0)])
+    facts = led.facts
+    assert facts is not None and facts.exit_code == 1
+    assert facts.rest is not None and not facts.contact and not facts.reenabled
+    assert facts.speed < 1.35, "more than the limit, which docs/faults.md tells"

@@ -34,7 +34,7 @@ def render_summary() -> str:
     simulated = lines_of(ROWS, list(ARMS), results)
     lines = [*simulated, *_of_processes(HUB)]
     met = met_rows(lines)
-    good = [str(row) for row, is_met in met.items() if is_met]
+    good = [str(row) for row in sorted(met) if met[row]]
     of_lines = sum(line.met for line in lines)
     head = (
         f"{len(results)} trials on the simulated bus, {_seeds(simulated)} of each variant on each "
